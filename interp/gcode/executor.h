@@ -174,6 +174,7 @@ class Executor : public StateValues {
   void retract(const Block& b);
   void set_retract(bool to_start);
   void dwell(const Block& b);
+  void warn_long_dwell(const Block& b, std::string_view name);
 
   // mcodes.cc
   void m_codes(const Block& b);

@@ -366,8 +366,8 @@ void Lowering::close_gear(const canon::StartFeedSync& gear) {
   if (!config_.spindle_encoder)
     fail(GcodeErrorCode::kNotSupported, 1, "G33",
          "no spindle encoder is connected (the machine's config has no [io.spindle])");
-  if (speed_ <= 0 || gear.per_rev <= 0)
-    fail(GcodeErrorCode::kNoSpindle, 1, "G33 with a pitch greater than 0");
+  // A pitch of 0 is refused where the words are read.
+  if (speed_ <= 0 || gear.per_rev <= 0) fail(GcodeErrorCode::kNoSpindle, 1, "G33");
   per_turn_ = gear.per_rev;
   if (geared_ || gear.tap) return;
   // A thread keeps the speed with which it begins, also where it is one of G96.

@@ -158,10 +158,11 @@ ToolTable ToolTable::parse_lines(std::string_view text, const std::string& name,
     try {
       table.read_line(line, unit_mm);
     } catch (const BlockError& error) {
-      // The form of the first columns, where somebody had another table in mind.
-      const bool other_form = error.code == GcodeErrorCode::kBadCharacter;
+      // The form of the first columns, where somebody had another table or another file in mind.
+      const bool none = table.lines_ == 0 && error.code == GcodeErrorCode::kBadNumber && error.column <= 2;
+      const bool other_form = none || error.code == GcodeErrorCode::kBadCharacter;
       leave_out({number, error.column, line,
-                 fmt::format("{}{}", error.what(),
+                 fmt::format("{}{}{}", error.what(), none ? "; this looks like no tool table" : "",
                              other_form ? "; a tool is a line as 'T1 P1 Z50.5 D6 ;end mill'" : "")});
     }
   }

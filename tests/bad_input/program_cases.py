@@ -59,6 +59,12 @@ PROGRAMS = [
             message="{file}:1:1: the file is UTF-16LE text; legal: save it as UTF-8 or ASCII"),
     Program("utf16_be", b"\xfe\xff" + "G0 X1\nM2\n".encode("utf-16-be"),
             message="{file}:1:1: the file is UTF-16BE text; legal: save it as UTF-8 or ASCII"),
+    Program("mac_line_ends", b"%\rG21\rG0 X1\rM2\r",
+            message="{file}:1:2: the lines end with CR alone, as on an old Mac; legal: LF or CR LF, which tr '\\r' "
+                    "'\\n' < OLD > NEW makes of them"),
+    Program("text_before_percent", "G21\n%\nG0 X1\nM2\n",
+            message="{file}:2:1: '%' begins a program, and there is text before it: '%'; legal: the program's first "
+                    "line, with nothing but empty lines before it"),
     Program("line_of_1_mb", "G1 " + "X1 " * 350_000 + "\nM2\n",
             message="{file}:1:1: the line is longer than 65536 bytes; legal: split it, or raise [program] "
                     "line_length_max"),
@@ -93,6 +99,10 @@ PROGRAMS = [
                     "X10; a word that means nothing here may stand in [program] ignored"),
     Program("unknown_g", START + "G12.3 X1\nM2\n",
             message="{file}:2:1: unknown G code G12.3: 'G12.3'; legal: the codes listed in docs/gcode.md"),
+    Program("code_of_another_control", START + "G54.1 P3\nM2\n",
+            message="{file}:2:1: G54.1 is a code of other controls; here G59.1, G59.2 and G59.3 are the systems behind "
+                    "G59: 'G54.1'; legal: what docs/gcode.md lists; a code that means nothing here may stand in "
+                    "[program] ignored"),
     Program("unknown_m", START + "M555\nM2\n",
             message="{file}:2:1: unknown M code M555: 'M555'; legal: the codes listed in docs/gcode.md and [program] "
                     "user_m"),

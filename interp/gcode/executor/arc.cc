@@ -112,7 +112,8 @@ void Executor::arc(const Block& b, bool clockwise) {
     const double r1 = std::hypot(from.x - centre.x, from.y - centre.y);
     const double r2 = std::hypot(end.x - centre.x, end.y - centre.y);
     const double gap_mm = to_mm(std::fabs(r1 - r2));
-    if (gap_mm > arc_tolerance_mm(to_mm(std::max(r1, r2))) || r1 == 0 || r2 == 0)
+    if (r1 == 0) fail(GcodeErrorCode::kArcNoRadius, column);
+    if (gap_mm > arc_tolerance_mm(to_mm(std::max(r1, r2))) || r2 == 0)
       fail(GcodeErrorCode::kArcGap, column, std::fabs(r1 - r2), r1, r2);
     // A micrometre is the last digit of a program in mm and not worth a word.
     if (gap_mm > 1e-3 + 1e-9)

@@ -48,11 +48,18 @@ void Executor::check_cycle_spindle(GCode motion, std::uint32_t column) const {
   const SpindleTurn turn = s_.modal.turn;
   // A right-hand tap must turn clockwise on its way in. With the spindle the wrong way round it would be
   // pressed into the hole.
-  if (motion == 84_g && turn != SpindleTurn::kClockwise) fail(GcodeErrorCode::kNoSpindle, column, "G84 (M3)");
-  if (motion == 74_g && turn != SpindleTurn::kCounterclockwise)
-    fail(GcodeErrorCode::kNoSpindle, column, "G74 (M4)");
-  if (motion >= 86_g && motion <= 88_g && turn == SpindleTurn::kStopped)
-    fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
+  const bool right_hand = motion == 84_g, left_hand = motion == 74_g;
+  if (turn == SpindleTurn::kStopped) {
+    if (right_hand || left_hand || (motion >= 86_g && motion <= 88_g))
+      fail(GcodeErrorCode::kNoSpindle, column,
+           right_hand  ? "G84 (M3)"
+           : left_hand ? "G74 (M4)"
+                       : g_name(motion));
+  } else if (right_hand && turn != SpindleTurn::kClockwise) {
+    fail(GcodeErrorCode::kSpindleDirection, column, "G84", "clockwise", "counterclockwise");
+  } else if (left_hand && turn != SpindleTurn::kCounterclockwise) {
+    fail(GcodeErrorCode::kSpindleDirection, column, "G74", "counterclockwise", "clockwise");
+  }
 }
 
 // A word given now, or kept from the block before when the same cycle goes on.
@@ -71,6 +78,7 @@ void Executor::cycle_words(const Block& b, GCode motion) {
     s_.cycle.p = b.get('P', s_.cycle.p);
   if (b.has('P') && b['P'] < 0)
     fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], g_name(motion), "a dwell of 0 or more seconds");
+  warn_long_dwell(b, g_name(motion));
   if (motion == 73_g || motion == 83_g) cycle_word(b, motion, 'Q', s_.cycle.q);
   if (b.has('Q') && b['Q'] < 0) bad_peck(b, motion);
   if (motion != 87_g) return;

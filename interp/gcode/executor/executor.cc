@@ -140,6 +140,9 @@ void check_cycle_words(const Block& b, GCode motion) {
     fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "axis words");
   if (thread && !b.has('K'))
     fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "a K word");
+  if (thread && b['K'] <= 0)
+    fail(GcodeErrorCode::kBadValue, b.at('K'), 'K', b['K'], g_name(motion),
+         "the way of a turn, greater than 0");
   if (thread && b.has('F'))
     fail(GcodeErrorCode::kUnusedWord, b.at('F'), 'F', "the spindle gives the feed of G33 and G33.1");
   if (motion == 76_g)
@@ -180,8 +183,11 @@ void check_words(const Block& b, GCode motion) {
   if (code == 10_g && !b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "G10", "a P word");
   if ((code == 52_g || code == 92_g) && !b.has_axis_word())
     fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
-  if (code == 53_g && motion != 0_g && motion != 1_g)
+  if (code == 53_g && motion == kNoGCode)
     fail(GcodeErrorCode::kMissingWord, column, "G53", "G0 or G1 and axis words");
+  if (code == 53_g && motion != 0_g && motion != 1_g)
+    fail(GcodeErrorCode::kMachineMove, column,
+         fmt::format("goes with G0 and G1, and not with {}", g_name(motion)));
 }
 
 }  // namespace
@@ -372,8 +378,8 @@ void Executor::pass_over(const Block& b) {
 void Executor::check_g53(const Block& b) const {
   const GCode distance = b.code(GGroup::kDistance);
   if (distance == 91_g || (distance == kNoGCode && s_.modal.incremental))
-    fail(GcodeErrorCode::kBadValue, b.at(GGroup::kNonModal), "G53", "G91", "incremental distances",
-         "G90 first");
+    fail(GcodeErrorCode::kMachineMove, b.at(GGroup::kNonModal),
+         "names a place of the machine, which no word of G91 can do");
 }
 
 void Executor::g_codes(const Block& b) {

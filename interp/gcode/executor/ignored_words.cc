@@ -6,6 +6,7 @@
 #include "interp/gcode/modal.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/text/block.h"
+#include "interp/gcode/text/foreign_codes.h"
 
 // Words of other controls that the config passes over: [program] ignored.
 namespace trn {
@@ -67,8 +68,7 @@ void Executor::drop_ignored(Block& b) {
       b.g[static_cast<std::size_t>(GGroup::kIgnored)] = kNoGCode;
     }
   }
-  if (b.any_g && b.has(GGroup::kIgnored))
-    fail(GcodeErrorCode::kUnknownG, b.at(GGroup::kIgnored), g_name(b.code(GGroup::kIgnored)));
+  if (b.any_g && b.has(GGroup::kIgnored)) refuse_unknown_g(b.code(GGroup::kIgnored), b.at(GGroup::kIgnored));
 }
 
 // What nothing else on the line uses belongs to the ignored code. F, S and T always keep their meaning, and

@@ -176,14 +176,18 @@ void Executor::set_retract(bool to_start) {
 void Executor::dwell(const Block& b) {
   if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), "G4", "a P word, seconds");
   if (b['P'] < 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G4", "P of 0 or more seconds");
-  if (!warned_dwell_ && b['P'] >= kLongDwell_s && b['P'] == std::round(b['P'])) {
-    parts_.warn(b.at('P'),
-                fmt::format("G4 P{0:g} waits {0:g} seconds; controls that count in milliseconds mean "
-                            "G4 P{1:g}",
-                            b['P'], b['P'] / 1000));
-    warned_dwell_ = true;
-  }
+  warn_long_dwell(b, "G4");
   put(canon::Dwell{b['P']});
+}
+
+// Of the code that is called `name`; once in a program.
+void Executor::warn_long_dwell(const Block& b, std::string_view name) {
+  if (warned_dwell_ || !b.has('P') || b['P'] < kLongDwell_s || b['P'] != std::round(b['P'])) return;
+  parts_.warn(
+      b.at('P'),
+      fmt::format("{0} P{1:g} waits {1:g} seconds; controls that count in milliseconds mean {0} P{2:g}", name,
+                  b['P'], b['P'] / 1000));
+  warned_dwell_ = true;
 }
 
 }  // namespace trn

@@ -65,7 +65,7 @@ const ParsedBlock* Flow::next() {
 bool Flow::percent() {
   File& f = file();
   if (!f.percent_seen) {
-    if (f.began) fail(GcodeErrorCode::kBadCharacter, 1, "'%'");
+    if (f.began) fail(GcodeErrorCode::kLatePercent, 1);
     f.percent_seen = true;
     return false;
   }
@@ -83,14 +83,15 @@ void Flow::at_file_end() {
     const Frame& frame = frames_.back();
     // A sub-program of M98 in a file of its own may end with its file, as on other controls.
     if (frame.numbered && current_.file != 0) return leave(nullptr);
-    fail(GcodeErrorCode::kFlowNoEnd, 1, "endsub", labels_.name(frame.label), frame.called_line);
+    // The line behind the word that begins it is kept; a file without one begins with its first line.
+    const std::uint32_t line = std::max(frame.start.at.line, 2U) - 1;
+    fail(GcodeErrorCode::kFlowNoEnd, 1, frame.numbered ? "M99" : "endsub",
+         (frame.numbered ? "O" : "o") + labels_.name(frame.label), line);
   }
   if (!loops_.empty()) {
-    const Loop& loop = loops_.back();
-    const std::uint32_t line = loop.start.at.line;
-    const std::string label = labels_.name(loop.label);
+    const Loop loop = loops_.back();
     loops_.clear();
-    fail(GcodeErrorCode::kFlowNoEnd, 1, "end", label, line);
+    fail(GcodeErrorCode::kFlowNoEnd, 1, "end of the loop", "o" + labels_.name(loop.label), loop.line);
   }
   ended_ = true;
   const bool empty = config_.end == ProgramEnd::kExpected && !file().any;
@@ -221,6 +222,15 @@ std::int32_t Flow::label_of(const ParsedBlock& block) {
   return labels_.intern(fmt::format("{:.0f}", value));
 }
 
+// Of a line that is passed over. A computed label whose parameters have no value there is nobody's: -1.
+std::int32_t Flow::label_passed(const ParsedBlock& block) {
+  try {
+    return label_of(block);
+  } catch (const BlockError&) {
+    return -1;
+  }
+}
+
 double Flow::argument(const ParsedBlock& block, std::size_t index) const {
   TRN_CHECK(index < block.flow.arguments.size());
   return evaluator_.run(block.code, block.flow.arguments[index]);
@@ -244,7 +254,7 @@ void Flow::obey(const ParsedBlock& block) {
     case FlowKind::kWhile:
       return obey_while(block, label);
     case FlowKind::kDo:
-      loops_.push_back({FlowKind::kDo, label, next_, -1, 0, ifs_.size()});
+      loops_.push_back({FlowKind::kDo, label, next_, -1, 0, ifs_.size(), line()});
       return;
     case FlowKind::kRepeat:
       return obey_repeat(block, label);
@@ -302,7 +312,7 @@ void Flow::obey_while(const ParsedBlock& block, std::int32_t label) {
   }
   if (again) {
     if (!in_loop(FlowKind::kWhile, label))
-      loops_.push_back({FlowKind::kWhile, label, current_, current_node_, 0, ifs_.size()});
+      loops_.push_back({FlowKind::kWhile, label, current_, current_node_, 0, ifs_.size(), line()});
     return;
   }
   // A condition that is false at once never opened the loop, and there is none to close.
@@ -317,8 +327,8 @@ void Flow::obey_repeat(const ParsedBlock& block, std::int32_t label) {
     skip_to(label, {FlowKind::kEndRepeat});
     return;
   }
-  loops_.push_back(
-      {FlowKind::kRepeat, label, next_, -1, static_cast<std::int64_t>(std::min(count, 1e15)), ifs_.size()});
+  loops_.push_back({FlowKind::kRepeat, label, next_, -1, static_cast<std::int64_t>(std::min(count, 1e15)),
+                    ifs_.size(), line()});
 }
 
 void Flow::end_loop(FlowKind kind, std::int32_t label) {
@@ -366,18 +376,20 @@ void Flow::break_loop(std::int32_t label, bool again) {
 void Flow::close_if(std::int32_t label, std::string_view word) {
   const std::size_t outside =
       std::max(frames_.empty() ? 0 : frames_.back().ifs, loops_.empty() ? 0 : loops_.back().ifs);
-  if (ifs_.size() <= outside || ifs_.back() != label) fail(GcodeErrorCode::kFlowUnmatched, 1, word, "if");
+  if (ifs_.size() <= outside || ifs_.back().label != label)
+    fail(GcodeErrorCode::kFlowUnmatched, 1, word, "if");
   ifs_.pop_back();
 }
 
 // A false condition looks from branch to branch for the first one to run; `elseif` reached by running on
 // means that an earlier branch has run, and goes to `endif` (Flow::obey).
 void Flow::obey_if(const ParsedBlock& block, std::int32_t label) {
-  if (condition(block)) return ifs_.push_back(label);
+  const std::uint32_t from_line = line();
+  if (condition(block)) return ifs_.push_back({label, from_line});
   for (;;) {
     const FlowKind found = skip_to(label, {FlowKind::kElseIf, FlowKind::kElse, FlowKind::kEndIf});
     if (found == FlowKind::kEndIf) return;
-    if (found == FlowKind::kElse || condition(skipped_)) return ifs_.push_back(label);
+    if (found == FlowKind::kElse || condition(skipped_)) return ifs_.push_back({label, from_line});
   }
 }
 
@@ -427,12 +439,13 @@ FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wante
   for (;;) {
     const ParsedBlock* block = skip_fetch();
     if (!block)
-      fail(GcodeErrorCode::kFlowNoEnd, 1, name(*(wanted.end() - 1)), labels_.name(label), from_line);
+      fail(GcodeErrorCode::kFlowNoEnd, 1, name(*(wanted.end() - 1)), "o" + labels_.name(label), from_line);
     if (!block->is_flow()) continue;
     if (block->flow.kind == FlowKind::kSub && *wanted.begin() == FlowKind::kEndSub)
       fail(GcodeErrorCode::kFlowSyntax, block->flow.column, "sub inside a sub",
            "one definition after another");
-    if (block->flow.label != label) continue;
+    if (std::find(wanted.begin(), wanted.end(), block->flow.kind) == wanted.end()) continue;
+    if (label_passed(*block) != label) continue;
     for (const FlowKind kind : wanted) {
       if (block->flow.kind != kind) continue;
       if (keeping() && current_node_ < 0) {  // keep it, so that the way here is remembered
@@ -440,11 +453,18 @@ FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wante
         block = fetch_kept();
       }
       if (block != &skipped_) skipped_ = *block;
-      if (from_node >= 0 && current_node_ >= 0 && static_cast<std::size_t>(from_node) < store_.size())
-        store_[static_cast<std::size_t>(from_node)].jump_to(to_end) = current_node_;
+      remember_jump(from_node, to_end);
       return kind;
     }
   }
+}
+
+// From one kept block to the present one. A computed label may be another one at the next pass.
+void Flow::remember_jump(std::int32_t from_node, bool to_end) {
+  if (from_node < 0 || current_node_ < 0 || static_cast<std::size_t>(from_node) >= store_.size()) return;
+  Node& from = store_[static_cast<std::size_t>(from_node)];
+  if (from.block.flow.label < 0 || skipped_.flow.label < 0) return;
+  from.jump_to(to_end) = current_node_;
 }
 
 // Like fetch, but a line that is not kept yet is only searched for an O-word.
@@ -471,7 +491,7 @@ void Flow::check_closed() {
       parser_.parse_flow_only(line, block);
       const bool closes = block.flow.kind == FlowKind::kEndWhile || block.flow.kind == FlowKind::kEndRepeat ||
                           block.flow.kind == FlowKind::kEndIf || block.flow.kind == FlowKind::kWhile;
-      if (closes) closed.push_back(block.flow.label);
+      if (closes) closed.push_back(label_passed(block));
     }
   } catch (const BlockError&) {  // what is behind the end is nobody's program
   }
@@ -481,9 +501,10 @@ void Flow::check_closed() {
   };
   for (const Loop& loop : loops_)
     if (open(loop.label))
-      fail(GcodeErrorCode::kFlowNoEnd, 1, "end of the loop", labels_.name(loop.label), loop.start.at.line);
-  for (const std::int32_t label : ifs_)
-    if (open(label)) fail(GcodeErrorCode::kFlowNoEnd, 1, "endif", labels_.name(label), end.at.line);
+      fail(GcodeErrorCode::kFlowNoEnd, 1, "end of the loop", "o" + labels_.name(loop.label), loop.line);
+  for (const Branch& branch : ifs_)
+    if (open(branch.label))
+      fail(GcodeErrorCode::kFlowNoEnd, 1, "endif", "o" + labels_.name(branch.label), branch.line);
 }
 
 bool Flow::recover() {

@@ -100,8 +100,13 @@ class Flow {
     std::int32_t label;
     CodePlace start;  ///< the line of the loop word itself, or after it (do, repeat)
     std::int32_t start_node;
-    std::int64_t left = 0;  ///< repeat
-    std::size_t ifs = 0;    ///< open when it began
+    std::int64_t left = 0;   ///< repeat
+    std::size_t ifs = 0;     ///< open when it began
+    std::uint32_t line = 0;  ///< of the loop word
+  };
+  struct Branch {
+    std::int32_t label;
+    std::uint32_t line;  ///< of its `if`
   };
   struct Frame {
     std::int32_t label = -1;
@@ -134,6 +139,7 @@ class Flow {
 
   void obey(const ParsedBlock& block);
   std::int32_t label_of(const ParsedBlock& block);
+  std::int32_t label_passed(const ParsedBlock& block);
   double argument(const ParsedBlock& block, std::size_t index) const;
   bool percent();
   bool condition(const ParsedBlock& block) const { return argument(block, 0) != 0; }
@@ -149,6 +155,7 @@ class Flow {
   void leave(const ParsedBlock* with_value);
   FlowKind skip_to(std::int32_t label, std::initializer_list<FlowKind> wanted);
   const ParsedBlock* skip_fetch();
+  void remember_jump(std::int32_t from_node, bool to_end);
   bool find_sub(std::int32_t label, CodePlace& place);
   void index_file(std::size_t index);
   bool open_sub_file(const std::string& name, CodePlace& place, std::int32_t label);
@@ -169,9 +176,9 @@ class Flow {
   std::unordered_map<std::uint64_t, std::int32_t> kept_at_;
   std::vector<Loop> loops_;
   std::vector<Frame> frames_;
-  std::vector<std::int32_t> ifs_;  ///< labels of the branches being run
-  CodePlace current_;              ///< of the block last fetched
-  CodePlace next_;                 ///< of the block to fetch
+  std::vector<Branch> ifs_;  ///< the branches being run
+  CodePlace current_;        ///< of the block last fetched
+  CodePlace next_;           ///< of the block to fetch
   std::int32_t current_node_ = -1, next_node_ = -1;
   bool between_over_ = false;  ///< the call in the middle of a block has come back
   bool reader_there_ = true;   ///< the file's reader stands at next_

@@ -60,7 +60,7 @@ void Flow::leave(const ParsedBlock* with_value) {
   executor_.on_return(static_cast<int>(frames_.size()));
   if (!frame.numbered) parameters_.pop_frame();
   TRN_CHECK(frame.loops <= loops_.size());
-  loops_.resize(frame.loops, Loop{FlowKind::kNone, -1, {}, -1, 0, 0});
+  loops_.resize(frame.loops, Loop{FlowKind::kNone, -1, {}, -1});
   ifs_.resize(std::min(ifs_.size(), frame.ifs));
   go(frame.back, frame.back_node);
   if (frame.between) current_ = frame.called;

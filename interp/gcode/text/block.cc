@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/text/foreign_codes.h"
 
 namespace trn {
 
@@ -29,7 +30,7 @@ int to_code(double value, double scale, std::uint32_t column, char letter) {
 void add_g(const ModalTable& table, double value, std::uint32_t column, Block& out) {
   const GCode code = g_from_tenths(to_code(value, 10, column, 'G'));
   const int group = table.g_group(code);
-  if (group < 0) fail(GcodeErrorCode::kUnknownG, column, g_name(code));
+  if (group < 0) refuse_unknown_g(code, column);
   GCode& slot = out.g[static_cast<std::size_t>(group)];
   if (code == kCancelMotion && slot != kNoGCode) return;  // G80 goes with any other code of its group
   // Codes that the config ignores may stand together: they mean nothing.
@@ -59,7 +60,7 @@ int partner(int group) {
 void add_m(const ModalTable& table, double value, std::uint32_t column, Block& out) {
   const int code = to_code(value, 1, column, 'M');
   const int group = table.m_group(code);
-  if (group < 0) fail(GcodeErrorCode::kUnknownM, column, fmt::format("M{}", code));
+  if (group < 0) refuse_unknown_m(code, column);
   std::int16_t& slot = out.m[static_cast<std::size_t>(group)];
   for (const int other : {group, partner(group)}) {
     const int taken = other < 0 ? -1 : out.m[static_cast<std::size_t>(other)];

@@ -121,6 +121,14 @@ void LineReader::check_start() {
     while (refill()) at_ = end_;
     fail(GcodeErrorCode::kUtf16, 1, little ? "UTF-16LE" : "UTF-16BE");
   }
+  const std::string_view text(buffer_.get(), end_);
+  const std::size_t cr = text.find('\r');
+  if (cr == text.npos || text.find('\n') != text.npos || text.find_first_not_of('\r', cr) == text.npos)
+    return;
+  // One line in all: behind a % or ; the whole program would be a comment.
+  at_ = end_;
+  while (refill()) at_ = end_;
+  fail(GcodeErrorCode::kMacLineEnds, static_cast<std::uint32_t>(cr + 1));
 }
 
 bool LineReader::next(std::string_view& line) {

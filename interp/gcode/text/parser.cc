@@ -352,6 +352,10 @@ void Parser::flow(Lexer& lexer, ParsedBlock& out) {
            "sub endsub call return while endwhile do if elseif else endif repeat endrepeat break continue");
     out.flow.kind = FlowKind::kProgramNumber;
   }
+  // A sub-program is looked for before its line is reached, when nothing is computed yet.
+  if (out.flow.kind == FlowKind::kSub && out.flow.label < 0)
+    fail(GcodeErrorCode::kFlowSyntax, out.flow.column, "the label of a sub is computed",
+         "o and an integer or <name>; only the call may compute it");
   flow_arguments(lexer, out);
   for (char next = lexer.peek(); next != '\0'; next = lexer.peek()) {
     if (next == ';') return;

@@ -95,6 +95,33 @@ const Case kCases[] = {
     {"G93 G1 X1",
      "p.ngc:1:5: G1 in G93 needs an F word on its own line: 'G1'; legal: F in moves per minute, greater than "
      "0"},
+    {"F9 S9 M4 G84 Z-1 R1",
+     "p.ngc:1:10: G84 needs a spindle that turns clockwise, and it turns counterclockwise: 'G84'; legal: M3 "
+     "before G84, M4 before G74"},
+    {"F9 S9 M3 G74 Z-1 R1",
+     "p.ngc:1:10: G74 needs a spindle that turns counterclockwise, and it turns clockwise: 'G74'; legal: M3 "
+     "before G84, M4 before G74"},
+    {"S500 M3\nG33 Z-10 K0",
+     "p.ngc:2:10: K = 0 is not legal for G33: the way of a turn, greater than 0: 'K0'"},
+    {"S500 M3\nG33.1 Z-10 K-1",
+     "p.ngc:2:12: K = -1 is not legal for G33.1: the way of a turn, greater than 0: 'K-1'"},
+    {"G3 I0 J0 F100",
+     "p.ngc:1:1: the radius of the arc is 0: it begins at its centre: 'G3'; legal: I, J or K, the way from "
+     "the start to the centre"},
+    {"G91 G53 G0 X5",
+     "p.ngc:1:5: G53 names a place of the machine, which no word of G91 can do: 'G53'; legal: G90, then G53 "
+     "with G0 or G1 and axis words"},
+    {"G53 G38.2 Z0 F100",
+     "p.ngc:1:1: G53 goes with G0 and G1, and not with G38.2: 'G53'; legal: G90, then G53 with G0 or G1 and "
+     "axis words"},
+    {"G53", "p.ngc:1:1: G53 needs G0 or G1 and axis words: 'G53'; legal: add the word"},
+    {"G65 P1234 A1",
+     "p.ngc:1:1: G65 is a code of other controls; here o1234 call [1] [2] calls a sub-program with "
+     "arguments: 'G65'; legal: what docs/gcode.md lists; a code that means nothing here may stand in "
+     "[program] ignored"},
+    {"G0 X1\n%",
+     "p.ngc:2:1: '%' begins a program, and there is text before it: '%'; legal: the program's "
+     "first line, with nothing but empty lines before it"},
     {"F9 G84 Z-1 R1", "p.ngc:1:4: G84 (M3) needs a turning spindle: 'G84'; legal: S and M3 or M4 first"},
     {"F9 G2 X10 R1",
      "p.ngc:1:11: radius 1.0000 cannot span the distance 10.0000 to the end point: 'R1'; legal: a radius of "
@@ -232,7 +259,8 @@ TEST(Errors, EveryClassIsReached) {
   for (const Case& c : kCases) reached.merge(code_of(std::string(c.program) + "\nM2\n"));
   for (const std::string& program :
        {std::string("\xFF\xFEG"), std::string("G0 X1\0", 6), std::string(70000, ' '), std::string("G0 X1\n"),
-        std::string("G0 X[1 FOO 2]"), "#1=" + deep, std::string("#<a=1"), std::string("#[1=1"),
+        std::string("G0 X1\rM2\r"), std::string("G0 X[1 FOO 2]"), "#1=" + deep, std::string("#<a=1"),
+        std::string("#[1=1"),
         std::string("o1 call [1] [2] [3] [4] [5] [6] [7] [8] [9] [1] [2] [3] [4] [5] [6] [7] [8] [9] [1] [2] "
                     "[3] [4] [5] "
                     "[6] [7] [8] [9] [1] [2] [3] [4]"),
@@ -331,6 +359,31 @@ TEST(Errors, EncodingsAreNamed) {
   EXPECT_EQ(Session().error("G0 X1\0Y2"s).substr(0, 33), "p.ngc:1:6: byte 0x00 is not text;");
   EXPECT_EQ(Session().error("\xEF\xBB\xBFG0 X1\r\n(caf\xE9, \xC3\xBC)\r\nG0 X2 ; \xB0\r\n"), "");
   EXPECT_EQ(Session().error("G0 X\xB0").substr(0, 11), "p.ngc:1:4: ");
+  for (const char* mac : {"%\rG0 X1\rM2\r", "G0 X1\r(comment)\rM2"}) {
+    Session s;
+    test::CanonText sink;
+    try {
+      s.run(mac, sink);
+      ADD_FAILURE() << mac;
+    } catch (const GcodeError& error) {
+      EXPECT_EQ(error.code, GcodeErrorCode::kMacLineEnds) << error.what();
+    }
+  }
+}
+
+// What is well known of other controls is answered with what does the same here.
+TEST(Errors, CodesOfOtherControlsGetAdvice) {
+  for (const auto& [code, advice] :
+       {std::pair("G65", "call"), std::pair("G66", "call"), std::pair("G68", "G10 L2"),
+        std::pair("G51", "expressions"), std::pair("G50", "expressions"), std::pair("G15", "@ and ^"),
+        std::pair("G16", "@ and ^"), std::pair("G54.1", "G59.1"), std::pair("G70", "lathe"),
+        std::pair("G71", "lathe"), std::pair("G72", "lathe"), std::pair("G32", "G33 Z K"),
+        std::pair("M97", "M98 P"), std::pair("M29", "G33.1")}) {
+    const std::string error = Session().error(std::string(code) + "\n");
+    EXPECT_EQ(error.find(std::string("p.ngc:1:1: ") + code + " is a code of other controls; here"), 0u)
+        << error;
+    EXPECT_NE(error.find(advice), std::string::npos) << error;
+  }
 }
 
 TEST(Errors, LongLinesAreRefusedInBoundedMemory) {

@@ -137,6 +137,10 @@ TEST(Tables, ToolTablesThatAreNoneAreRefused) {
   EXPECT_EQ(tool_error("T-1\n"), "t.tbl:1:1: the tool or pocket number = -1 is not an integer");
   EXPECT_EQ(tool_error("T1 K5\n").substr(0, 33), "t.tbl:1:4: unexpected character '");
   EXPECT_EQ(tool_error("T1 Z\n"), "t.tbl:1:5: not a number");
+  EXPECT_EQ(
+      tool_error("# a config\n[machine]\nperiod_s = 0.001\n"),
+      "t.tbl:3:2: not a number; this looks like no tool table; a tool is a line as 'T1 P1 Z50.5 D6 ;end "
+      "mill'");
   EXPECT_THROW(ToolTable::load("/no/such/tools.tbl"), ProgramError);
 }
 

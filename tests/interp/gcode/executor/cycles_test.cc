@@ -157,8 +157,8 @@ TEST(Cycles, WordsThatDoNotFitAreRefused) {
            {"F9 G86 Z-1 R1 P1", kNoSpindle, 4},
            {"F9 G87 Z-1 R1 I1 J1 K1", kNoSpindle, 4},
            {"F9 G88 Z-1 R1 P1", kNoSpindle, 4},
-           {"F9 S1 M4 G84 Z-1 R1", kNoSpindle, 10},
-           {"F9 S1 M3 G74 Z-1 R1", kNoSpindle, 10},
+           {"F9 S1 M4 G84 Z-1 R1", kSpindleDirection, 10},
+           {"F9 S1 M3 G74 Z-1 R1", kSpindleDirection, 10},
            {"G81 Z-1 R1", kZeroFeed, 1},
            {"F9 G18 G81 Y1 R0", kCycle, 8},
            {"F9 G41.1 D2\nG81 Z-1 R1", kCompState, 1},
@@ -166,6 +166,22 @@ TEST(Cycles, WordsThatDoNotFitAreRefused) {
            {"F9 G183 X1 H0.5", kBadValue, 12},
        })
     expect_refused(refusal);
+}
+
+// Once in a program; half a second is what it seems to be.
+TEST(Cycles, ALongDwellIsToldAsInG4) {
+  for (const char* code : {"G82", "G86", "G88", "G89"}) {
+    test::Session session;
+    session.canon(std::string("S9 M3 F9\n") + code + " X1 Z-1 R1 P2000\nX2 P3000");
+    ASSERT_EQ(session.warnings.size(), 1u) << code;
+    const std::string told = std::string(code) +
+                             " P2000 waits 2000 seconds; controls that count in milliseconds mean " + code +
+                             " P2";
+    EXPECT_NE(session.warnings[0].find(told), std::string::npos) << session.warnings[0];
+  }
+  test::Session session;
+  session.canon("F9 G82 X1 Z-1 R1 P0.5");
+  EXPECT_TRUE(session.warnings.empty());
 }
 
 TEST(Threads, AGearedMoveIsAFeedBetweenItsMarks) {

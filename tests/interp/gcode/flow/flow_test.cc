@@ -20,6 +20,18 @@ using test::canon;
 using test::moves;
 using test::Session;
 
+// What a program without M2 is refused with.
+std::string unended(const std::string& program) {
+  Session session;
+  test::CanonText sink;
+  try {
+    session.run(program, sink);
+  } catch (const GcodeError& error) {
+    return error.what();
+  }
+  return {};
+}
+
 TEST(Flow, Loops) {
   EXPECT_EQ(canon("o1 while [#1 lt 3]\n#1=[#1+1]\nG0 X#1\no1 endwhile"),
             moves({"T 1 0 0", "T 2 0 0", "T 3 0 0"}));
@@ -57,8 +69,37 @@ TEST(Flow, WhatIsOpenAtTheEndIsNamed) {
   EXPECT_EQ(Session().error("o1 while [1]\nG0 X1\nM2"),
             "p.ngc:3:1: no end of the loop for o1 of line 1: 'M2'; legal: close it in the same file");
   EXPECT_EQ(Session().error("o7 if [1]\nM2"),
-            "p.ngc:2:1: no endif for o7 of line 2: 'M2'; legal: close it in the same file");
+            "p.ngc:2:1: no endif for o7 of line 1: 'M2'; legal: close it in the same file");
+  for (const char* open : {"o100 if [1]", "o100 while [1]", "o100 repeat [2]", "o100 do"}) {
+    const std::string error = Session().error("G21\nG0 X1\n" + std::string(open) + "\nG0 X2\nG0 X3\nM2");
+    EXPECT_NE(error.find("for o100 of line 3: 'M2'"), std::string::npos) << error;
+    if (std::string_view(open) == "o100 if [1]") continue;
+    const std::string loop = unended("G21\nG0 X1\n" + std::string(open) + "\nG0 X2\n");
+    EXPECT_NE(loop.find("no end of the loop for o100 of line 3"), std::string::npos) << loop;
+  }
   EXPECT_EQ(Session().error("o7 if [1]\nM2\no7 endif\nG0 X1"), "");
+}
+
+// The line of the sub-program that does not end, and the word that ends it; not that of the call.
+TEST(Flow, AnOpenSubProgramIsNamed) {
+  EXPECT_EQ(unended("M98 P100\nM30\nO100\nG0 X1\n").substr(0, 36), "p.ngc:5:1: no M99 for O100 of line 3");
+  EXPECT_EQ(unended("o100 call\nM2\no100 sub\nG0 X1\n").substr(0, 39),
+            "p.ngc:5:1: no endsub for o100 of line 3");
+}
+
+// The end of what is passed over is found by the value of its label; that of a sub is looked for too early.
+TEST(Flow, ComputedLabels) {
+  EXPECT_EQ(canon("#1=100\no[#1+1] if [0]\nG0 X1\no[#1+1] endif\nG0 Y1"), moves({"T 0 1 0"}));
+  EXPECT_EQ(canon("#1=3\no#1 while [0]\nG0 X1\no3 endwhile\nG0 Y1"), moves({"T 0 1 0"}));
+  EXPECT_EQ(Session().error("#1=7\no#1 if [1]\nG0 X1\nM2\no#1 endif"), "");
+  // The label changes with each pass, and with it the end that is meant.
+  EXPECT_EQ(canon("o1 repeat [2]\n#1=[#1+1]\no[#1+10] if [0]\nG0 X9\no12 endif\nG0 X5\no1 continue\n"
+                  "o11 endif\nG0 X1\no1 endrepeat"),
+            moves({"T 1 0 0", "T 5 0 0"}));
+  EXPECT_EQ(
+      Session().error("o[100+1] sub\no[100+1] endsub\nM2"),
+      "p.ngc:1:1: bad O-word: the label of a sub is computed: o and an integer or <name>; only the call "
+      "may compute it: 'o[100+1]'");
 }
 
 // A program begun further down: modes, tool and place as the lines before leave them, and the way there.
