@@ -11,6 +11,11 @@ struct FileError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A file that somebody asked for, as a trace or a report, and that cannot be written; what() is "path: why".
+struct OutputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Replaces the whole file `path` with `text` so that after a kill or a power cut at any moment either the
 /// old or the new content is there: writes ".NAME.new" in the same folder, fsync, rename, fsync of the
 /// folder. When this returns, the text is on the disk. A new file gets mode 0640, one that is replaced keeps

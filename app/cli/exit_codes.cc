@@ -33,6 +33,8 @@ Exit tell_exception(Exit otherwise) {
     return told(error, Exit::kBadProgram);
   } catch (const FileError& error) {
     return told(error, Exit::kBadProgram);
+  } catch (const OutputError& error) {
+    return told(error, Exit::kUsage);
   } catch (const TraceError& error) {
     return told(error, Exit::kBadProgram);
   } catch (const std::exception& error) {

@@ -28,8 +28,7 @@ constexpr const char kFollowingFooter[] =
 Exit following(FollowingOptions options) {
   options.program = with_examples(options.program);
   const RunInputs inputs = complete_inputs({options.program, options.machine, options.tools}, "");
-  if (inputs.machine.empty())
-    throw CLI::RequiredError("--machine, or a comment (machine: FILE.toml) in the program's first lines,");
+  check_inputs(inputs);
   const auto make = [&] { return assemble(inputs.machine); };
   const std::vector<FollowingRun> runs = run_following(make, inputs.program, inputs.tools);
   const Machine machine = make().machine;

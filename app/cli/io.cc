@@ -29,7 +29,7 @@ constexpr const char kIoFooter[] =
     "docs/config.md, chapter \"Wiring of signals\", has the keys. What needs logic is a client of the "
     "daemon\n"
     "(examples/clients).\n"
-    "Exit: 0 done, 2 the drawing cannot be written, 3 bad config, 5 usage.\n";
+    "Exit: 0 done, 3 bad config, 5 usage, or the drawing cannot be written.\n";
 
 const char* kind_text(WireRow::Kind kind) {
   constexpr const char* kKinds[] = {"signal", "safety", "brake", "field bus",

@@ -29,6 +29,7 @@
 #include "core/fault.h"
 #include "core/machine.h"
 #include "core/ports.h"
+#include "core/safe_file.h"
 #include "core/sanitizer.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/interpreter.h"
@@ -75,7 +76,7 @@ class PathExport {
   static void open(const std::string& file, std::ofstream& out) {
     if (file.empty()) return;
     out.open(file);
-    if (!out) throw std::runtime_error(fmt::format("{}: cannot write", file));
+    if (!out) throw OutputError(fmt::format("{}: cannot write", file));
   }
 
   // One row for each part of the stretch that has one feed.
@@ -273,8 +274,7 @@ Exit run(RunOptions options) {
   const RunInputs inputs =
       complete_inputs({options.program, options.machine, options.tools}, options.project);
   if (inputs.program.empty()) throw CLI::RequiredError("program");
-  if (inputs.machine.empty())
-    throw CLI::RequiredError("--machine, or a comment (machine: FILE.toml) in the program's first lines,");
+  check_inputs(inputs);
   options.program = inputs.program;
   options.machine = inputs.machine;
   options.tools = inputs.tools;

@@ -1,9 +1,18 @@
 #include "app/cli/run_inputs.h"
 
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cctype>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
 #include <vector>
+
+#include "core/letter_case.h"
+#include "interp/gcode/error.h"
+#include "interp/move.h"
 
 namespace trn {
 
@@ -33,22 +42,68 @@ std::vector<fs::path> places_of_program(const std::string& program, const fs::pa
   return {project / program, examples / program, examples / (program + ".ngc")};
 }
 
-// What stands behind "key:" in a comment, if it ends so: "(machine: configs/mill.toml, a mill)".
-std::string value_in(std::string_view line, std::string_view key, std::string_view ending) {
-  const std::size_t comment = line.find('(');
-  const std::size_t found = comment == std::string_view::npos ? comment : line.find(key, comment);
-  if (found == std::string_view::npos) return {};
-  const std::size_t start = line.find_first_not_of(' ', found + key.size());
-  if (start == std::string_view::npos) return {};
-  const std::string_view value = line.substr(start, line.find_first_of(";,) \r", start) - start);
-  const bool fits = value.size() > ending.size() && value.substr(value.size() - ending.size()) == ending;
-  return fits ? std::string(value) : std::string();
+/// What a line's comment says behind "key:".
+struct HeadValue {
+  std::string value;       ///< "" if it is none
+  std::string unusable;    ///< what stands there instead
+  std::size_t column = 0;  ///< of the key, from 1; 0: it is not there
+};
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r");
+  return first == text.npos ? std::string_view()
+                            : text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
+}
+
+// Names may have spaces in them; quotes and the file's ending say where they end, and else a ';' does.
+std::string file_in(std::string_view text, std::string_view ending) {
+  const char quote = text.empty() ? ' ' : text[0];
+  if (quote == '"' || quote == '\'') {
+    const std::size_t close = text.find(quote, 1);
+    const std::string_view inside = trimmed(text.substr(1, close == text.npos ? close : close - 1));
+    return close != text.npos && inside.ends_with(ending) ? std::string(inside) : std::string();
+  }
+  for (std::size_t at = text.find(ending); at != text.npos; at = text.find(ending, at + 1)) {
+    const std::size_t end = at + ending.size();
+    const bool ends =
+        end == text.size() || std::string_view(";,) \t\r").find(text[end]) != std::string_view::npos;
+    if (at > 0 && ends && text.substr(0, at).find(';') == std::string_view::npos)
+      return std::string(text.substr(0, end));
+  }
+  return {};
+}
+
+// "(machine: configs/mill.toml, a mill)", "; Tools : my tools.tbl". A word of the same name in a sentence is
+// passed over, unless a file stands behind it.
+HeadValue value_in(std::string_view line, std::string_view key, std::string_view ending) {
+  const std::size_t comment = line.find_first_of("(;");
+  if (comment == std::string_view::npos) return {};
+  const std::string lower = lower_case(line);
+  HeadValue out;
+  for (std::size_t at = lower.find(key, comment); at != std::string::npos; at = lower.find(key, at + 1)) {
+    const std::size_t colon = lower.find_first_not_of(" \t", at + key.size());
+    if (colon == std::string::npos || lower[colon] != ':' ||
+        std::isalnum(static_cast<unsigned char>(lower[at - 1])))
+      continue;
+    std::string_view behind = line.substr(colon + 1);
+    if (line[comment] == '(') behind = behind.substr(0, behind.find(')'));
+    behind = trimmed(behind);
+    const std::string value = file_in(behind, ending);
+    const std::size_t before = lower.find_last_not_of(" \t", at - 1);
+    const bool alone =
+        before != std::string::npos && std::string_view("(;,").find(lower[before]) != std::string_view::npos;
+    if (!value.empty()) return {value, "", at + 1};
+    if (alone && out.column == 0)
+      out = {"", std::string(trimmed(behind.substr(0, behind.find(';')))), at + 1};
+  }
+  return out;
 }
 
 std::string read_line(std::ifstream& in) {
   std::string line(kLineMax, '\0');
   in.getline(line.data(), static_cast<std::streamsize>(line.size()));
   line.resize(static_cast<std::size_t>(in.gcount()));
+  while (!line.empty() && line.back() == '\0') line.pop_back();  // where the line's end was
   return line;
 }
 
@@ -56,14 +111,32 @@ void read_head(RunInputs& inputs) {
   if (!is_file(inputs.program)) return;  // a pipe is read once, by the interpreter
   std::ifstream in(inputs.program, std::ios::binary);
   const fs::path folder = fs::path(inputs.program).parent_path();
-  const auto take = [&](const std::string& value, std::string& to) {
-    if (to.empty() && !value.empty()) to = (folder / value).lexically_normal().string();
+  const auto take = [&](std::string_view line, int number, std::string_view key, std::string_view ending,
+                        std::string& to) {
+    if (!to.empty()) return;
+    const HeadValue found = value_in(line, key, ending);
+    if (!found.value.empty()) to = (folder / found.value).lexically_normal().string();
+    if (found.value.empty() && found.column > 0)
+      inputs.remarks.push_back(fmt::format("{}:{}:{}: warning: '{}:' names no {} file: '{}'", inputs.program,
+                                           number, found.column, key, ending, found.unusable));
   };
-  for (int i = 0; i < kHeadLines && in; ++i) {
+  for (int number = 1; number <= kHeadLines && in; ++number) {
     const std::string line = read_line(in);
-    take(value_in(line, "machine:", ".toml"), inputs.machine);
-    take(value_in(line, "tools:", ".tbl"), inputs.tools);
+    take(line, number, "machine", ".toml", inputs.machine);
+    take(line, number, "tools", ".tbl", inputs.tools);
   }
+}
+
+void check_program_file(const std::string& path) {
+  std::error_code none;
+  const fs::file_status status = fs::status(path, none);
+  const char* const why = !fs::exists(status)        ? "No such file or directory"
+                          : fs::is_directory(status) ? "it is a folder"
+                                                     : nullptr;
+  if (!why) return;
+  const GcodeErrorInfo& info = gcode_error_info(GcodeErrorCode::kCannotOpen);
+  throw ProgramError(fmt::format(fmt::runtime(info.sentence), fmt::format("'{}': {}", path, why)) +
+                     fmt::format("; legal: {}", info.legal));
 }
 
 }  // namespace
@@ -79,6 +152,14 @@ RunInputs complete_inputs(RunInputs inputs, const std::string& project) {
   read_head(inputs);
   if (!project.empty() && inputs.machine.empty()) inputs.machine = (root / "configs/cradle.toml").string();
   return inputs;
+}
+
+void check_inputs(const RunInputs& inputs) {
+  for (const std::string& remark : inputs.remarks) fmt::print(stderr, "{}\n", remark);
+  if (!inputs.machine.empty()) return;
+  // A program that is not there could have named no machine.
+  check_program_file(inputs.program);
+  throw CLI::RequiredError("--machine, or a comment (machine: FILE.toml) in the program's first lines,");
 }
 
 std::string with_examples(const std::string& program) {

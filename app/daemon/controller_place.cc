@@ -56,8 +56,8 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   return prepare(ticket, path, line, loaded);
 }
 
-// Without a path: the loaded one, from its beginning again. It is read when it starts: read ahead now, what was
-// given up could not be gone on with.
+// Without a path: the loaded one, from its beginning again. It is read when it starts: read ahead now, what
+// was given up could not be gone on with.
 CommandServer::Answer MachineController::load(const std::string& path, const Ticket& ticket) {
   if (!path.empty()) return prepare(ticket, path, 0, false);
   if (program_path_.empty()) return refused("no program is loaded; load one first");

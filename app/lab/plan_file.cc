@@ -2,13 +2,13 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <vector>
 
 #include "app/lab/plan_preview.h"
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/machine.h"
+#include "core/safe_file.h"
 
 namespace trn {
 
@@ -40,7 +40,7 @@ class ArrayFile {
   }
   void close() {
     out_.close();
-    if (!out_) throw std::runtime_error(path_ + ": cannot write this file");
+    if (!out_) throw OutputError(path_ + ": cannot write this file");
   }
 
  private:

@@ -10,6 +10,7 @@
 #include "app/lab/picture/svg.h"
 #include "app/lab/run_report.h"
 #include "app/lab/text_file.h"
+#include "core/safe_file.h"
 
 namespace trn {
 
@@ -236,7 +237,7 @@ void write_run_pictures(const std::string& folder, const std::string& program, c
   const std::filesystem::path path(folder);
   std::error_code error;
   std::filesystem::create_directories(path, error);
-  if (error) throw std::runtime_error(fmt::format("{}: {}", folder, error.message()));
+  if (error) throw OutputError(fmt::format("{}: cannot write into it: {}", folder, error.message()));
   std::string html = fmt::format(
       "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>{0}</title>\n<style>body{{"
       "font-family:sans-serif;max-width:1040px;margin:auto}}pre{{overflow:auto}}</style></head>\n<body>\n"

@@ -21,7 +21,7 @@ std::string path_picture(const std::vector<RunBin>& bins);
 std::string deviation_picture(const DeviationReport& report);
 
 /// Writes them into the folder, which is made where it is missing, and report.html, which holds them all and
-/// needs nothing else. std::runtime_error when something cannot be written.
+/// needs nothing else. OutputError when something cannot be written.
 void write_run_pictures(const std::string& folder, const std::string& program, const Machine& machine,
                         const std::vector<RunBin>& bins, const SimulationResult& result);
 

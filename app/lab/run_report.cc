@@ -121,10 +121,13 @@ std::string run_sentence(const SimulationResult& r, const Machine& machine, cons
       fmt::format("\n{} {} on {} in {}: {} lines, {} of tool path.\n", program.substr(program.rfind('/') + 1),
                   how, machine.name, duration(r.cycle_time_s), r.lines, length(r.path_mm));
   if (r.stopped_at && r.path_mm == 0) return what;
-  return what + fmt::format("What limits it: {}.\n{}\n", bounds_text(r, machine, feed_first),
-                            feed_first
-                                ? "A higher F makes it faster."
-                                : "A wider tolerance (G64 P) makes it faster; a higher F hardly does.");
+  // Dwells and threads have no F: nothing moves, or the spindle gives the feed.
+  const bool has_feed = r.path_mm > 0 && r.geared_s < r.free_s / 2;
+  const std::string advice = !feed_first
+                                 ? "A wider tolerance (G64 P) makes it faster; a higher F hardly does.\n"
+                             : has_feed ? "A higher F makes it faster.\n"
+                                        : "";
+  return what + fmt::format("What limits it: {}.\n{}", bounds_text(r, machine, feed_first), advice);
 }
 
 std::string run_summary(const SimulationResult& r, const Machine& machine, const std::string& program) {

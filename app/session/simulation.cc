@@ -356,6 +356,7 @@ class Simulation {
     row_.line = report.line;
     judge_.row(row_);
     if (!settling_) clock_.row(report.q_setpoint);
+    if (!settling_ && report.reads_encoder) result_.geared_s += period_s_;
     watch_offset(report);
     measure(report);
     features_.sample(report);

@@ -71,7 +71,8 @@ struct SimulationResult {
   std::uint32_t starvations = 0;
   std::vector<JointVerdict> joints;
   std::vector<TimeAtLimit> at_limit;
-  double free_s = 0;  ///< no joint at a limit: the feed decides
+  double free_s = 0;    ///< no joint at a limit: the feed decides
+  double geared_s = 0;  ///< the motion follows the spindle, or waits for its index
   bool within_limits = false;
   DeviationReport deviation;
   SpeedStats speed;

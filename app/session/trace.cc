@@ -5,10 +5,10 @@
 
 #include <cerrno>
 #include <cstring>
-#include <stdexcept>
 
 #include "core/axes.h"
 #include "core/plain_file.h"
+#include "core/safe_file.h"
 
 namespace trn {
 
@@ -31,7 +31,7 @@ std::FILE* open_trace(const std::string& path) {
     close(fd);
     throw PlainFileError(std::strerror(errno));
   } catch (const PlainFileError& error) {
-    throw std::runtime_error(fmt::format("{}: cannot write the trace: {}", path, error.what()));
+    throw OutputError(fmt::format("{}: cannot write the trace: {}", path, error.what()));
   }
 }
 
@@ -130,7 +130,7 @@ void TraceWriter::append_corrections(const CycleReport& report) {
 
 void TraceWriter::close() {
   if (std::fflush(file_.get()) != 0 || std::ferror(file_.get()))
-    throw std::runtime_error(fmt::format("{}: the trace could not be written whole", path_));
+    throw OutputError(fmt::format("{}: the trace could not be written whole", path_));
 }
 
 }  // namespace trn

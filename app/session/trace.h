@@ -22,13 +22,13 @@ namespace trn {
 /// one follow each other in time, and the first one without power repeats the last setpoints.
 class TraceWriter final : public ReportSink {
  public:
-  /// std::runtime_error if the file cannot be written.
+  /// OutputError if the file cannot be written.
   TraceWriter(const std::string& path, const Machine& machine, const MachineJointMap& map,
               const SetpointChain& chain, bool corrections = false, bool pieces = false);
 
   void write(const CycleReport& report) override;
   void power_lost() override;
-  /// Flushes; std::runtime_error if anything could not be written.
+  /// Flushes; OutputError if anything could not be written.
   void close();
 
  private:

@@ -16,7 +16,7 @@ class SvgChart {
   /// Same scale on both axes.
   void set_square() { square_ = true; }
   std::string str() const;
-  /// std::runtime_error if it cannot be written.
+  /// OutputError if it cannot be written.
   void write(const std::string& path) const;
 
  private:

@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""usage: run_inputs.py TRUNNION SOURCE
+
+What `trunnion run` is given: a program that is not there, the comment that names machine and tools in any of the forms
+in which people write it, and files that cannot be written.
+"""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = "G21 G90\nG0 X1\nG1 X3 F600\nM2\n"
+
+
+class RunInputs(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        for name in ("x.toml", "my mill.toml"):
+            shutil.copy(f"{SOURCE}/configs/mill.toml", self.folder / name)
+        for name in ("t.tbl", "my tools.tbl"):
+            (self.folder / name).write_text("T1 P1 Z50 D6\n", encoding="ascii")
+
+    def run_program(self, text, *options):
+        (self.folder / "part.ngc").write_text(text, encoding="ascii")
+        return self.trunnion("run", "part.ngc", *options)
+
+    def trunnion(self, *words):
+        return subprocess.run([BINARY, *words], capture_output=True, text=True, check=False, cwd=self.folder,
+                              timeout=120)
+
+    def test_the_comment_in_its_forms(self):
+        for head, machine, tools in (("(machine: x.toml)", "x.toml", ""), ("(MACHINE: x.toml)", "x.toml", ""),
+                                     ("( machine : x.toml )", "x.toml", ""), ("; machine: x.toml", "x.toml", ""),
+                                     ("(machine: my mill.toml; tools: my tools.tbl)", "my mill.toml", "my tools.tbl"),
+                                     ('(machine: "my mill.toml", mine)', "my mill.toml", ""),
+                                     ("(machine: x.toml, a mill; Tools: t.tbl)", "x.toml", "t.tbl"),
+                                     ("; Machine:x.toml; tools : 't.tbl'", "x.toml", "t.tbl"),
+                                     ("G21 (face) (machine: x.toml)", "x.toml", "")):
+            done = self.run_program(head + "\n" + PROGRAM, "--files")
+            self.assertEqual((done.returncode, done.stderr), (0, ""), head)
+            self.assertEqual(done.stdout.splitlines(), ["part.ngc", machine, tools], head)
+
+    def test_what_the_comment_names_in_vain_is_told(self):
+        done = self.run_program("G21\n(machine: Haas VF2; tools: 5)\n" + PROGRAM)
+        self.assertEqual(done.returncode, 5)
+        self.assertEqual(done.stderr.splitlines()[:2],
+                         ["part.ngc:2:2: warning: 'machine:' names no .toml file: 'Haas VF2'",
+                          "part.ngc:2:21: warning: 'tools:' names no .tbl file: '5'"])
+        self.assertIn("--machine", done.stderr)
+        # Whoever has said it otherwise, or speaks of machines, is not bothered.
+        for text, options in (("(machine: Haas VF2)\n", ["--machine", "x.toml"]),
+                              ("(zero of the machine: corner)\n(machine: x.toml)\n", [])):
+            self.assertNotIn("names no", self.run_program(text + PROGRAM, *options).stderr)
+
+    def test_a_program_that_is_none(self):
+        for program, why in (("nothing.ngc", "No such file or directory"), (".", "it is a folder")):
+            done = self.trunnion("run", program)
+            self.assertEqual((done.returncode, done.stderr),
+                             (2, f"cannot read '{program}': {why}; legal: a readable file\n"))
+            self.assertEqual(self.trunnion("interpret", program).stderr, done.stderr)
+
+    def test_files_that_cannot_be_written(self):
+        for option in ("--trace", "--path", "--stretches", "--report", "--preview"):
+            (self.folder / "file").write_text("", encoding="ascii")
+            done = self.run_program(PROGRAM, "--machine", "x.toml", option, "file/out")
+            self.assertEqual(done.returncode, 5, (option, done.stderr))
+            self.assertIn("cannot write", done.stderr)
+
+    def test_a_table_that_is_none(self):
+        done = self.run_program(PROGRAM, "--machine", "x.toml", "--tools", "x.toml")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("this looks like no tool table; a tool is a line as 'T1 P1 Z50.5 D6 ;end mill'", done.stderr)
+
+    def test_advice_has_a_feed_to_be_about(self):
+        threads = "G21 G90 S600 M3\nG0 X0 Z0\nG33 Z-20 K1\nG0 X5\nG0 Z0\nM2\n"
+        for text, advice in ((PROGRAM.replace("F600", "F60"), True), ("G21\nG4 P3\nM2\n", False), (threads, False)):
+            done = self.run_program(text, "--machine", "x.toml")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual("A higher F" in done.stdout, advice, done.stdout)
+
+
+if __name__ == "__main__":
+    BINARY, SOURCE = sys.argv[1:3]
+    BINARY = str(pathlib.Path(BINARY).absolute())
+    SOURCE = str(pathlib.Path(SOURCE).absolute())
+    unittest.main(argv=[sys.argv[0], "-v", *sys.argv[3:]])
