@@ -79,14 +79,23 @@ class HearsInterrupt {
   struct sigaction before_ {};
 };
 
-// Until the command's work is over; kMachineFault if it ended in a fault.
-Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, std::int8_t verb,
+std::string_view work_of(std::int8_t verb) {
+  return verb == command_t::START ? "the program" : verb == command_t::MDI ? "the typed line" : "the motion";
+}
+
+// Until the command's work is over; kMachineFault if it ended in a fault, or was ended by somebody else. The
+// state says that: 'stopping' is reached by a stop, and from a jog by a hold, too.
+Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, const command_t& command,
                      double patience_s) {
   const HearsInterrupt hears;
+  const std::int8_t verb = command.verb;
+  const bool ends_itself = verb == command_t::STOP || (verb == command_t::JOG && command.value == 0);
+  bool stopped = false;
   const auto status = client.wait_status(
       [&](const status_t& now) {
-        return interrupted != 0 ||
-               (now.count >= answer.status_count && (!at_work(now) || held_program(now, verb)));
+        const bool counts = now.count >= answer.status_count;
+        stopped |= counts && now.state == "stopping" && !ends_itself;
+        return interrupted != 0 || (counts && (!at_work(now) || held_program(now, verb)));
       },
       patience_s);
   if (interrupted != 0 && status && at_work(*status)) {
@@ -102,9 +111,13 @@ Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, std::in
     print_fault(*status);
     return Exit::kMachineFault;
   }
-  if (!status->program_failed) return Exit::kDone;
-  fmt::print(stderr, "{}\n", status->message);
-  return Exit::kBadProgram;
+  if (status->program_failed) {
+    fmt::print(stderr, "{}\n", status->message);
+    return Exit::kBadProgram;
+  }
+  if (!stopped) return Exit::kDone;
+  fmt::print(stderr, "stopped by another client: {} did not come to its end\n", work_of(verb));
+  return Exit::kMachineFault;
 }
 
 }  // namespace
@@ -146,7 +159,7 @@ Exit send(ClientSession& session, const ClientOptions& options, const command_t&
   session.compare_configs(options.timeout_s);
   const Exit exit = exit_of(answer);
   if (exit != Exit::kDone || !options.wait) return exit;
-  return wait_until_rest(session.client, answer, command.verb, options.patience_s);
+  return wait_until_rest(session.client, answer, command, options.patience_s);
 }
 
 int joint_index(const Machine& machine, const std::string& name) {
@@ -185,8 +198,8 @@ CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOpti
       ->capture_default_str();
   client->add_option("--remote", options->remote, kRemoteHelp);
   client->footer(
-      "Exit codes: 0 done, 2 bad program, 3 bad config, 4 fault or no daemon, 5 not legal in this state or "
-      "usage.");
+      "Exit codes: 0 done, 2 bad program, 3 bad config, 4 fault, no daemon, or stopped by another client,\n"
+      "5 not legal in this state or usage.");
   client->callback([&exit, options, work] { exit = work(*options); });
   return *client;
 }

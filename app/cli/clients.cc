@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -145,6 +146,26 @@ std::string program_path(const ClientOptions& options) {
   return std::filesystem::absolute(path).lexically_normal();
 }
 
+// A shell's quotes keep "\n" as two characters, and no G-code has a backslash.
+std::string typed_lines(std::string text) {
+  for (std::size_t at = 0; (at = text.find("\\n", at)) != std::string::npos;) text.replace(at, 2, "\n");
+  return text;
+}
+
+// CLI11 would say of 1.5 that it is out of range.
+std::function<std::string(const std::string&)> check_whole(long least) {
+  return [least](const std::string& text) {
+    constexpr long kMost = 1000000000;
+    long value = 0;
+    const char* const end = text.data() + text.size();
+    const auto read = std::from_chars(text.data(), end, value);
+    const bool whole = read.ec == std::errc() && read.ptr == end;
+    if (whole && value >= least && value <= kMost) return std::string();
+    return fmt::format("'{}' is {}; a whole number from {} to {} is legal", text,
+                       whole ? "out of range" : "no whole number", least, kMost);
+  };
+}
+
 void add_program_clients(CLI::App& app, Exit& exit) {
   auto load = std::make_shared<ClientOptions>();
   add_sender(app, exit, load, "load", "Give the daemon a program to prepare; nothing moves yet",
@@ -156,7 +177,7 @@ void add_program_clients(CLI::App& app, Exit& exit) {
   auto mdi = std::make_shared<ClientOptions>();
   CLI::App& mdi_app = add_sender(app, exit, mdi, "mdi", "Run a line of G-code at once: trunnion mdi 'G0 X10'",
                                  [](const Machine&, const ClientOptions& options) {
-                                   return text_command(command_t::MDI, options.text);
+                                   return text_command(command_t::MDI, typed_lines(options.text));
                                  });
   mdi_app.add_option("line", mdi->text, "G-code, in quotes; lines are separated by \\n")->required();
   add_wait(mdi_app, mdi);
@@ -402,13 +423,13 @@ void add_notes(CLI::App& app, Exit& exit) {
                return command;
              })
       .add_option("number", seen->count, "The alarm's number; default: all of them")
-      ->check(CLI::Range(1L, 1000000000L));
+      ->check(check_whole(1));
   auto parts = std::make_shared<ClientOptions>();
   parts->count = -1;
   add_client(app, exit, parts, "parts",
              "Show the counter of parts, or set it, as for a new order: trunnion parts 0", count_parts)
       .add_option("count", parts->count, "Parts made so far")
-      ->check(CLI::Range(0L, 1000000000L));
+      ->check(check_whole(0));
 }
 
 void add_correction(CLI::App& app, Exit& exit) {

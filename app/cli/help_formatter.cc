@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cstddef>
+#include <cstdlib>
+#include <cstring>
 #include <string_view>
 #include <vector>
 
@@ -13,16 +16,29 @@ namespace trn {
 
 namespace {
 
-constexpr std::size_t kColumns = 100, kTextColumn = 32;
+constexpr std::size_t kColumnsMost = 100, kColumnsLeast = 20, kTextColumn = 32;
 
-/// `text` in lines of at most kColumns from this column on. Its own line ends stay.
+// As wide as COLUMNS says, which a shell or a person sets, but no wider than lines are good to read.
+std::size_t columns() {
+  const char* const given = std::getenv("COLUMNS");
+  std::size_t wide = 0;
+  if (given && std::from_chars(given, given + std::strlen(given), wide).ec == std::errc() && wide > 0)
+    return std::clamp(wide, kColumnsLeast, kColumnsMost);
+  return kColumnsMost;
+}
+
+// Where the meaning of an option begins: further left where there is little room.
+std::size_t text_column() { return kTextColumn * columns() / kColumnsMost; }
+
+/// `text` in lines of at most columns() from this column on. Its own line ends stay.
 std::string wrapped(std::string_view text, std::size_t column) {
   std::string out;
+  const std::size_t most = columns();
   std::size_t at = column;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
     const std::string_view word = text.substr(0, end);
-    if (at > column && at + 1 + word.size() > kColumns) {
+    if (at > column && at + 1 + word.size() > most) {
       out += "\n" + std::string(column, ' ');
       at = column;
     } else if (at > column) {
@@ -75,9 +91,10 @@ std::size_t command_rank(const CLI::App& command) {
 std::string entry(const std::string& name, std::string_view text) {
   std::string out = "  " + name;
   if (text.empty()) return out + "\n";
-  if (out.size() + 2 > kTextColumn) out += "\n";
+  const std::size_t column = text_column();
+  if (out.size() + 2 > column) out += "\n";
   const std::size_t last_line = out.size() - (out.rfind('\n') == std::string::npos ? 0 : out.rfind('\n') + 1);
-  return out + std::string(kTextColumn - last_line, ' ') + wrapped(text, kTextColumn) + "\n";
+  return out + std::string(column - last_line, ' ') + wrapped(text, column) + "\n";
 }
 
 }  // namespace

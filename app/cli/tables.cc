@@ -69,17 +69,36 @@ std::string block_word(char letter, double value) {
   return fmt::format(" {}{}", letter, text);
 }
 
-// "X" "10" "Y-3" as words of a block: "X10 Y-3". `letters`: those that may stand there.
-std::string block_words(const std::vector<std::string>& given, std::string_view letters) {
+struct TypedWord {
+  char letter;
+  double value;
+};
+
+// What is wrong is named: a letter, or what stands where its number should be.
+[[noreturn]] void refuse_word(std::string_view from_letter, bool known, std::string_view letters) {
+  const std::string_view word = from_letter.substr(0, from_letter.find(' '));
+  const std::size_t next = from_letter.find_first_not_of(' ', 1);
+  const std::string legal = fmt::format("give a letter of {} and a number, as in X 10 or X10", letters);
+  if (!known) throw CLI::ValidationError("WORDS", fmt::format("'{}' is not understood; {}", word, legal));
+  if (next == std::string_view::npos)
+    throw CLI::ValidationError("WORDS", fmt::format("no number follows {}; {}", from_letter[0], legal));
+  const std::string_view number = from_letter.substr(next, from_letter.find(' ', next) - next);
+  throw CLI::ValidationError("WORDS",
+                             fmt::format("'{}' behind {} is no number; {}", number, from_letter[0], legal));
+}
+
+// "X" "10" "y-3": X is 10, Y is -3.
+std::vector<TypedWord> words_of(const std::vector<std::string>& given, std::string_view letters) {
   std::string all;
-  for (const std::string& word : given) all += upper_case(word) + " ";
-  std::string out;
+  for (const std::string& word : given) all += word + " ";
+  std::vector<TypedWord> out;
   for (std::size_t i = 0; i < all.size();) {
-    const char letter = all[i];
-    if (letter == ' ') {
+    if (all[i] == ' ') {
       ++i;
       continue;
     }
+    const char letter = upper_case(all[i]);
+    const bool known = letters.find(letter) != std::string_view::npos;
     std::size_t used = 0;
     double value = 0;
     try {
@@ -87,19 +106,60 @@ std::string block_words(const std::vector<std::string>& given, std::string_view 
     } catch (const std::exception&) {
       used = 0;
     }
-    if (letters.find(letter) == std::string_view::npos || used == 0 || !std::isfinite(value))
-      throw CLI::ValidationError(
-          "WORDS", fmt::format("'{}' is not understood; give a letter of {} and a number, as in X 10 or X10",
-                               all.substr(i, all.find(' ', i) - i), letters));
-    out += block_word(letter, value);
+    if (!known || used == 0 || !std::isfinite(value))
+      refuse_word(std::string_view(all).substr(i), known, letters);
+    out.push_back({letter, value});
     i += 1 + used;
   }
   return out;
 }
 
+// As words of a block: "X10 Y-3". `letters`: those that may stand there.
+std::string block_words(const std::vector<std::string>& given, std::string_view letters) {
+  std::string out;
+  for (const auto& [letter, value] : words_of(given, letters)) out += block_word(letter, value);
+  return out;
+}
+
+// "X 76.2000 mm (3 inch), A 30 degrees": in the unit that the machine keeps, since what was typed counts in
+// that which is in force.
+std::string stored_text(const std::vector<TypedWord>& words, const trunnion::status_t& status) {
+  const bool diameter = (" " + status.codes + " ").find(" G7 ") != std::string::npos;
+  std::string out;
+  for (const auto& [letter, value] : words) {
+    const bool length = std::string_view("XYZD").find(letter) != std::string_view::npos;
+    const bool radius = diameter && letter == 'X';
+    if (!out.empty()) out += ", ";
+    if (!length) {
+      out += fmt::format("{} {:g} degrees", letter, value);
+      continue;
+    }
+    out += fmt::format("{} {:.4f} mm", letter, value * (status.inch ? kMmPerInch : 1) / (radius ? 2 : 1));
+    if (status.inch || radius)
+      out +=
+          fmt::format(" ({:g}{}{})", value, status.inch ? " inch" : " mm", radius ? " of diameter, G7" : "");
+  }
+  return out;
+}
+
+// `what` was set to these words.
+void tell_stored(ClientSession& session, const TableOptions& options, const std::string& what,
+                 std::string_view letters) {
+  const trunnion::status_t* status = session.client.last_status();
+  const std::vector<TypedWord> words = words_of(options.words, letters);
+  if (status && !words.empty()) fmt::print("{}: {}\n", what, stored_text(words, *status));
+}
+
+// The work offset that a command names, or the one in force.
+std::string named_offset(ClientSession& session, const TableOptions& options) {
+  if (!options.offset.empty()) return upper_case(options.offset);
+  const trunnion::status_t* status = session.client.last_status();
+  return status ? status->work_offset : "";
+}
+
 // `typed`: what the operator knows it by.
-Exit run_line(const TableOptions& options, const std::string& line, const std::string& typed) {
-  ClientSession session(*options.client);
+Exit run_line(ClientSession& session, const TableOptions& options, const std::string& line,
+              const std::string& typed) {
   ClientOptions waiting = *options.client;
   waiting.wait = true;
   return send(session, waiting, text_command(command_t::MDI, line), typed);
@@ -117,7 +177,14 @@ void print_head(const char* first) {
   for (const char letter : std::string_view(kWordLetters)) fmt::print("{:>12}", letter);
 }
 
-void print_offsets(const tables_t& t, const std::string& in_force) {
+// Over a table, since what is typed may count in another unit.
+void print_unit(std::string_view unit, bool inch) {
+  fmt::print("in {}{}\n", unit,
+             inch ? "; but inch is in force (G20), and values that you type count in inch" : "");
+}
+
+void print_offsets(const tables_t& t, const std::string& in_force, bool inch) {
+  print_unit("mm and degrees", inch);
   print_head("       ");
   fmt::print("{:>10}\n", "rotation");
   for (std::size_t i = 0; i < t.offset_name.size(); ++i) {
@@ -126,13 +193,14 @@ void print_offsets(const tables_t& t, const std::string& in_force) {
     fmt::print("{} {:<5}{}{:>10g}\n", t.offset_name[i] == in_force ? '>' : ' ', t.offset_name[i],
                cells(row, true), t.offset_rotation[i] * kDegPerRad);
   }
-  fmt::print("mm and degrees; > is in force\n");
+  fmt::print("> is in force\n");
 }
 
 // `only`: one of them; below 0: all.
-void print_tools(const tables_t& t, int in_spindle, int only) {
+void print_tools(const tables_t& t, int in_spindle, int only, bool inch) {
   if (t.tool_number.empty())
     return fmt::print("the machine has no tool table (trunnion daemon --tools FILE)\n");
+  print_unit("mm", inch);
   fmt::print("    tool pocket    diameter           X           Y           Z  remark\n");
   for (std::size_t i = 0; i < t.tool_number.size(); ++i) {
     if (only >= 0 && t.tool_number[i] != only) continue;
@@ -141,7 +209,7 @@ void print_tools(const tables_t& t, int in_spindle, int only) {
                t.tool_number[i], t.tool_pocket[i], t.tool_diameter[i], cells(row, false), t.tool_remark[i]);
   }
   if (t.tools_more > 0 && only < 0) fmt::print("and {} more\n", t.tools_more);
-  fmt::print("mm; > is in the spindle\n");
+  fmt::print("> is in the spindle\n");
 }
 
 Exit show(const TableOptions& options, bool tools) {
@@ -161,9 +229,9 @@ Exit show(const TableOptions& options, bool tools) {
   const auto status =
       session.client.wait_status([](const trunnion::status_t&) { return true; }, options.client->timeout_s);
   if (tools)
-    print_tools(tables, status ? status->tool : 0, options.tool);
+    print_tools(tables, status ? status->tool : 0, options.tool, status && status->inch);
   else
-    print_offsets(tables, status ? status->work_offset : "");
+    print_offsets(tables, status ? status->work_offset : "", status && status->inch);
   return Exit::kDone;
 }
 
@@ -172,26 +240,33 @@ Exit offset(const TableOptions& options) {
   const std::size_t number = offset_number(options.offset);
   if (options.words.empty())
     throw CLI::ValidationError("WORDS", "say what it shall be, as in: trunnion offset G55 X 10");
-  return run_line(options, fmt::format("G10 L2 P{}{}", number, block_words(options.words, "XYZABCR")),
-                  "offset");
+  const std::string words = block_words(options.words, "XYZABCR");
+  ClientSession session(*options.client);
+  const Exit exit = run_line(session, options, fmt::format("G10 L2 P{}{}", number, words), "offset");
+  if (exit == Exit::kDone) tell_stored(session, options, named_offset(session, options), "XYZABCR");
+  return exit;
 }
 
 Exit touch_off(const TableOptions& options) {
   const std::string words = block_words(options.words, "XYZABC");
-  if (!options.of_tool)
-    return run_line(options, fmt::format("G10 L20 P{}{}", offset_number(options.offset), words), "touch-off");
+  const std::size_t number = offset_number(options.offset);
   ClientSession session(*options.client);
+  if (!options.of_tool) {
+    const Exit exit = run_line(session, options, fmt::format("G10 L20 P{}{}", number, words), "touch-off");
+    if (exit == Exit::kDone)
+      tell_stored(session, options, "here, in " + named_offset(session, options), "XYZABC");
+    return exit;
+  }
   const auto status =
       session.client.wait_status([](const trunnion::status_t&) { return true; }, options.client->timeout_s);
   if (!status || status->tool == 0) {
     fmt::print(stderr, "no tool is in the spindle; say which one it is: trunnion tool NUMBER --in-spindle\n");
     return Exit::kUsage;
   }
-  ClientOptions waiting = *options.client;
-  waiting.wait = true;
-  return send(session, waiting,
-              text_command(command_t::MDI, fmt::format("G10 L10 P{}{}\nG43", status->tool, words)),
-              "touch-off");
+  const int tool = status->tool;
+  const Exit exit = run_line(session, options, fmt::format("G10 L10 P{}{}\nG43", tool, words), "touch-off");
+  if (exit == Exit::kDone) tell_stored(session, options, fmt::format("here, with tool {}", tool), "XYZABC");
+  return exit;
 }
 
 // What the table has is told, so that a number that was mistyped is seen.
@@ -205,11 +280,8 @@ Exit set_tool(const TableOptions& options, std::string words) {
     words = fmt::format(" H{}", tables.tool_pocket[i]);
   }
   if (options.remark) words += fmt::format(" ({})", options.remark->empty() ? " " : *options.remark);
-  ClientOptions waiting = *options.client;
-  waiting.wait = true;
-  const Exit exit =
-      send(session, waiting, text_command(command_t::MDI, fmt::format("G10 L1 P{}{}", options.tool, words)),
-           "tool");
+  const Exit exit = run_line(session, options, fmt::format("G10 L1 P{}{}", options.tool, words), "tool");
+  if (exit == Exit::kDone) tell_stored(session, options, fmt::format("tool {}", options.tool), "XYZABCD");
   if (exit == Exit::kDone && adds && !tables.tool_number.empty())
     fmt::print("tool {} is new in the table, which also has {}\n", options.tool,
                fmt::join(tables.tool_number, ", "));
@@ -239,7 +311,10 @@ Exit tool(const TableOptions& options) {
     command.value = options.tool;
     return send(session, *options.client, command);
   }
-  if (options.of_tool) return run_line(options, fmt::format("M61 Q{}", options.tool), "tool");
+  if (options.of_tool) {
+    ClientSession session(*options.client);
+    return run_line(session, options, fmt::format("M61 Q{}", options.tool), "tool");
+  }
   const bool sets = !options.words.empty() || options.pocket || options.remark;
   if (!sets) return show(options, true);
   std::string words = block_words(options.words, "XYZABCD");

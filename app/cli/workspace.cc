@@ -26,9 +26,11 @@ struct WorkspaceFiles {
 };
 
 constexpr const char kWorkspaceFooter[] =
-    "Places are tool tips in the table frame. A tilt counts as reached if the tool can lean that way in all\n"
-    "directions the machine has. Conditioning: least over greatest singular value of the joints' speeds by\n"
-    "tip and tool axis (100 mm to the radian); 0 is singular, and a five-axis machine is, upright.\n"
+    "Places are tool tips in the table frame, at the points of a grid; the box ends at the last one "
+    "reached.\n"
+    "A tilt counts as reached if the tool can lean that way in all directions the machine has.\n"
+    "Conditioning: least over greatest singular value of the joints' speeds by tip and tool axis (100 mm to\n"
+    "the radian); 0 is singular, and a five-axis machine is, upright.\n"
     "Speed gain: mm/s of the fastest linear joint per mm/s of the tip. Values are those of the worst "
     "direction.\n"
     "Example: trunnion workspace --machine configs/hexapod.toml --svg hexapod.svg --csv hexapod.csv\n";
@@ -81,6 +83,7 @@ std::string table_of(const Workspace& w) {
                        static_cast<double>(s.reached) * std::pow(w.step_mm, 3) * 1e-6, box,
                        s.conditioning_min, s.speed_gain_max, s.feed_mm_s_min, s.turn_deg_s_min);
   }
+  out += "box: of the grid points reached; the space ends less than a step beyond\n";
   return out + "conditioning, feed and turn: the least, speed gain: the greatest of all places reached\n";
 }
 

@@ -69,6 +69,10 @@ class Help(unittest.TestCase):
                              "'trunnion completions --help' explains this command\n"),
                             (["run", "--report"], "--report needs a value\n"
                              "'trunnion run --help' explains this command\n"),
+                            (["parts", "1.5"], "count: '1.5' is no whole number; a whole number from 0 to 1000000000 "
+                             "is legal\n'trunnion parts --help' explains this command\n"),
+                            (["acknowledge", "0"], "number: '0' is out of range; a whole number from 1 to 1000000000 "
+                             "is legal\n'trunnion acknowledge --help' explains this command\n"),
                             (["jog", "Y"], "distance is required\n'trunnion jog --help' explains this command\n")):
             done = trunnion(*words)
             self.assertEqual((done.returncode, done.stderr), (5, said), words)
@@ -76,6 +80,21 @@ class Help(unittest.TestCase):
         self.assertEqual(done.returncode, 5)
         self.assertIn("'trunnion can' needs a command\n", done.stderr)
         self.assertIn("\nUsage: trunnion can [options] COMMAND\n", done.stderr)
+
+    def test_a_word_of_a_table_is_named(self):
+        for words, said in ((["X", "abc"], "'abc' behind X is no number"), (["X", "1", "Qz"], "'Qz' is not understood"),
+                            (["Y", "X", "3"], "'X' behind Y is no number"), (["X"], "no number follows X")):
+            done = trunnion("offset", "G55", *words)
+            self.assertEqual(done.returncode, 5, words)
+            self.assertIn(said, done.stderr)
+
+    def test_help_is_as_wide_as_it_is_asked_to_be(self):
+        for columns, widest in (("40", 40), ("70", 70), ("300", 100), ("wide", 100)):
+            done = subprocess.run([BINARY, "help", "jog"], capture_output=True, text=True, check=True,
+                                  env=dict(PEOPLE, COLUMNS=columns))
+            texts = [line for line in done.stdout.splitlines() if line.startswith("     ")]
+            self.assertGreater(len(texts), 3)
+            self.assertLessEqual(max(len(line) for line in texts), widest, done.stdout)
 
     def test_a_negative_number_is_no_option(self):
         self.assertNotIn("option", trunnion("offset", "G54", "X", "-5", "--machine", "nothing").stderr)

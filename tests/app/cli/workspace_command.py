@@ -71,6 +71,11 @@ class Workspace(unittest.TestCase):
         self.assertEqual({row["reach"] for row in rows if row["tilt_deg"] == "10"}, {"no_tilt"})
         self.assertAlmostEqual(summary["tilts"][0]["conditioning_min"], 1, places=6)
 
+    def test_the_box_is_that_of_grid_points(self):
+        told = subprocess.run([TRUNNION, "workspace", "--machine", f"{SOURCE}/configs/mill.toml", "--points", "5"],
+                              check=True, capture_output=True, text=True).stdout
+        self.assertIn("the space ends less than a step beyond", told)
+
     def test_a_joint_may_stand_at_the_ends_of_its_range(self):
         with open(f"{SOURCE}/configs/mill.toml", encoding="ascii") as file:
             mill = file.read()

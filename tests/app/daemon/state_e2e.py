@@ -259,6 +259,39 @@ class StateTest(unittest.TestCase):
             shop.ask("jog", "Y", "-0.5", "--speed", "2", "--wait")
             self.assertAlmostEqual(at()[1], 12.7, places=6)
 
+    def test_waiting_tells_that_another_client_stopped(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", "G21 G90\nG1 X40 F60\nM2\n"))
+            for begins, ends, what in ((["start"], "stop", "program"), (["mdi", "G1 X-20 F60"], "stop", "typed line"),
+                                       (["jog", "X", "30", "--speed", "1"], "hold", "motion")):
+                client = subprocess.Popen([BINARY, *begins, "--wait", "--machine", shop.config], stderr=subprocess.PIPE,
+                                          text=True)
+                before = shop.joints()[0]
+                shop.until(lambda s: s["state"] != "idle" and abs(shop.joints()[0] - before) > 0.3)
+                shop.ask(ends)
+                told = client.communicate(timeout=60)[1]
+                self.assertEqual(client.returncode, 4, told)
+                self.assertIn(f"stopped by another client: the {what} did not come to its end", told)
+            shop.ask("stop", "--wait")  # one's own is done as it was told
+
+    def test_what_is_stored_is_told_with_its_unit(self):
+        with Shop() as shop:
+            shop.start()
+            self.assertIn("G55: X 10.0000 mm, R 30 degrees", shop.ask("offset", "G55", "X", "10", "R", "30"))
+            self.assertTrue(shop.ask("offset").startswith("in mm and degrees\n"))
+            # Two lines of a shell's quotes: the characters \ and n.
+            shop.ask("mdi", r"G20\nG0 X1", "--wait")
+            self.assertAlmostEqual(shop.motion()[0]["machine"][0], 25.4, places=6)
+            self.assertIn("G54: X 76.2000 mm (3 inch)", shop.ask("offset", "g54", "X", "3"))
+            self.assertIn("tool 2: Z 50.8000 mm (2 inch), D 12.7000 mm (0.5 inch)",
+                          shop.ask("tool", "2", "Z", "2", "D", "0.5"))
+            self.assertIn("here, in G54: Y 25.4000 mm (1 inch)", shop.ask("touch-off", "Y", "1"))
+            self.assertAlmostEqual(76.2, shop.parameter(5221), places=9)
+            self.assertAlmostEqual(50.8, shop.length(2), places=6)
+            for table in ("tool", "offset"):
+                self.assertIn("values that you type count in inch", shop.ask(table).splitlines()[0])
+
     def test_a_dry_run_stays_away_from_the_work(self):
         with Shop() as shop:
             record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
