@@ -19,15 +19,19 @@ constexpr std::string_view kLathe =
     "there are no cycles of a lathe: write the moves, or have the CAM program do it";
 constexpr std::string_view kMacro = "o1234 call [1] [2] calls a sub-program with arguments";
 
+// Of what stands in the first lines of many programs. The others would be missed where they are passed over.
+constexpr std::string_view kNothingToEnd =
+    "there is nothing that it could end: leave it out, or name it in [program] ignored";
+
 struct ForeignG {
   GCode code;
   std::string_view advice;
 };
 constexpr ForeignG kForeignG[] = {
-    {15_g, kPolarWords}, {16_g, kPolarWords}, {32_g, "G33 Z K cuts a thread, K being its pitch"},
-    {50_g, kScaling},    {51_g, kScaling},    {54.1_g, "G59.1, G59.2 and G59.3 are the systems behind G59"},
-    {65_g, kMacro},      {66_g, kMacro},      {67_g, kMacro},
-    {68_g, kTurned},     {70_g, kLathe},      {71_g, kLathe},
+    {15_g, kNothingToEnd}, {16_g, kPolarWords}, {32_g, "G33 Z K cuts a thread, K being its pitch"},
+    {50_g, kNothingToEnd}, {51_g, kScaling},    {54.1_g, "G59.1, G59.2 and G59.3 are the systems behind G59"},
+    {65_g, kMacro},        {66_g, kMacro},      {67_g, kNothingToEnd},
+    {68_g, kTurned},       {70_g, kLathe},      {71_g, kLathe},
     {72_g, kLathe},
 };
 
