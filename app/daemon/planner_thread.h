@@ -27,6 +27,7 @@
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/motion.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/measured_values.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"

@@ -10,7 +10,9 @@
 
 #include "app/daemon/planner_thread.h"
 #include "app/session/assembly.h"
+#include "app/session/machine_memory.h"
 #include "core/axes.h"
+#include "core/motion.h"
 #include "core/safe_file.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"

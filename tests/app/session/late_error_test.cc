@@ -6,8 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "core/axes.h"
+#include "core/motion.h"
 #include "core/ports.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "interp/move.h"
 #include "tests/support/paths.h"
 

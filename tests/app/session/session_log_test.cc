@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/session/machine_outputs.h"
 #include "core/axes.h"
 #include "core/fault.h"
 #include "core/ports.h"
