@@ -92,18 +92,27 @@ void PlannerThread::starts() {
     if (started_.exchange(true)) return;
     read_to_its_end = ended_;
   }
-  if (!read_to_its_end) return;  // its thread keeps it
-  join();
-  keep_started();
-  show_idle();
+  if (read_to_its_end) {
+    join();
+    keep_started();
+    return show_idle();
+  }
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  while (!kept_ && !ended_ && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
+  if (const std::string failure = take_failure(); !failure.empty()) throw FileError(failure);
 }
 
 // In the planner's thread, or behind its end.
 void PlannerThread::keep_started() {
   if (!started_ || kept_) return;
+  try {
+    for (const auto& [log, line] : std::exchange(logs_before_start_, {})) program_log_.take(log, line);
+    memory_.keep(true);
+  } catch (...) {
+    kept_ = true;
+    throw;
+  }
   kept_ = true;
-  for (const auto& [log, line] : std::exchange(logs_before_start_, {})) program_log_.take(log, line);
-  memory_.keep(true);
 }
 
 void PlannerThread::take_log(const canon::Log& log, std::uint32_t line) {
@@ -135,8 +144,8 @@ void PlannerThread::end_thread() {
 // The planner waits for the answer, and touches nothing meanwhile.
 void PlannerThread::confirm_tool(int number) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
-  while (!waits_ && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
-  if (abandoned_ || !waits_) throw std::runtime_error("no program waits for a tool any more");
+  while (!(waits_ && kept_) && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
+  if (abandoned_ || !waits_ || !kept_) throw std::runtime_error("no program waits for a tool any more");
   set_spindle_tool(parameters_, tools_, number, assembly_.program.parameter_unit_mm);
   memory_.keep(true);
 }
@@ -475,7 +484,14 @@ HeldLines PlannerThread::obey_held(const std::string& text, const JointVec& q) {
 }
 
 void PlannerThread::take_wish(Pipeline& pipeline) {
-  keep_started();
+  try {
+    keep_started();
+  } catch (const std::exception& error) {  // whoever starts it hears this, and does not
+    const std::lock_guard lock(mutex_);
+    failure_ = error.what();
+    abandoned_ = true;
+    return;
+  }
   const int wish = wish_.exchange(kNoWish);
   if (wish == kNoWish) return;
   pipeline.set_block_delete(wish != 0);

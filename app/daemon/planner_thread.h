@@ -147,7 +147,7 @@ class PlannerThread final : public ProgramSource {
   /// What a program's lines set while they are read before its start is its own: it is not kept, and
   /// forgotten where another one is loaded instead. Typed lines start at once.
   std::atomic<bool> started_ = true;
-  bool kept_ = true;  ///< what was set before the start
+  std::atomic<bool> kept_ = true;  ///< what was set before the start
   std::vector<std::pair<canon::Log, std::uint32_t>> logs_before_start_;
   int said_ = 0;  ///< messages of the present program
   std::atomic<bool> own_abandoned_ = false, own_closed_ = false, own_optional_stop_ = true;

@@ -151,6 +151,7 @@ TEST_F(Planner, AToolMayBeConfirmedBeforeTheProgramWaitsForIt) {
   std::string text = zigzag(400);
   text.insert(text.size() - 3, "T1 M6\nG0 X5\n");
   planner_.load(program(text), q_);
+  planner_.starts();
   auto confirmed = std::async(std::launch::async, [&] { planner_.confirm_tool(1); });
   while (take().event.kind != QueueEvent::Kind::kToolChange) continue;
   EXPECT_NO_THROW(confirmed.get());

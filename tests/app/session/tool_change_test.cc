@@ -77,6 +77,7 @@ struct Session {
       planner->load_from(path, report().q_plan, from_line);
     else
       planner->load(path, report().q_plan);
+    planner->starts();
     post(RtCommand::Kind::kStart);
   }
   /// Until it stands at an event that is not done, or rests. The planner's thread needs time of the clock,
