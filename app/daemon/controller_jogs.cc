@@ -146,7 +146,10 @@ void MachineController::lead_over_safe_height(const PlaceRecord& place, const Jo
       longer_text(), place.line);
   spdlog::info("{}", text);
   run_job(
-      ticket, clear_then([this, place, q] { parts_.programs.load_place(place, q, 0); }),
+      ticket, clear_then([this, place, q] {
+        parts_.programs.load_place(place, q, 0);
+        parts_.programs.starts();
+      }),
       [this, place, text] {
         block_delete_changes_ = place.block_delete_changes;
         began_ = place.began;

@@ -144,6 +144,7 @@ void PlannerThread::end_thread() {
 // The planner waits for the answer, and touches nothing meanwhile.
 void PlannerThread::confirm_tool(int number) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  started_ = true;  // else nobody would stand at its tool
   while (!(waits_ && kept_) && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
   if (abandoned_ || !waits_ || !kept_) throw std::runtime_error("no program waits for a tool any more");
   set_spindle_tool(parameters_, tools_, number, assembly_.program.parameter_unit_mm);
