@@ -116,9 +116,9 @@ void PlannerThread::keep_started() {
 }
 
 void PlannerThread::take_log(const canon::Log& log, std::uint32_t line) {
-  keep_started();
   while (!started_ && logs_before_start_.size() >= kLogsBeforeStartMax && !abandoned_) doze();
-  if (started_)
+  keep_started();
+  if (kept_)  // and not `started_`, which another thread may set at any moment: what came before goes first
     program_log_.take(log, line);
   else
     logs_before_start_.emplace_back(log, line);
@@ -304,7 +304,7 @@ PipelineObservers PlannerThread::observers() {
   PipelineObservers observers;
   observers.line_done = [this](bool event) {
     keep_started();
-    if (started_) memory_.keep(event);
+    if (kept_) memory_.keep(event);
   };
   observers.move = listeners_.move;
   said_ = 0;

@@ -170,8 +170,7 @@ void CanDrives::wait_for_brakes() const {
     if (std::chrono::steady_clock::now() - begin > limit)
       throw std::runtime_error(
           fmt::format("{}: its brake has not been closed for {:.1f} s, and without it the axis would fall "
-                      "while the drive "
-                      "is set up; reset again",
+                      "while the drive is set up; reset again",
                       node->config().name, limit.count()));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
