@@ -289,6 +289,7 @@ void MachineController::enter_state(MachineState before) {
   spdlog::info("{} -> {}{}{}", to_string(before), to_string(now), cause_.empty() ? "" : ": ", cause_);
   const bool latched = now == MachineState::kFault || now == MachineState::kEstop;
   if (!latched) alarms_.over();
+  if (now == MachineState::kIdle) take_back_ahead();
   if (now == MachineState::kIdle)
     status_.program = program_path_;  // behind a typed line or a jog: what 'start' begins
   if (now == MachineState::kFault)
@@ -310,15 +311,36 @@ void MachineController::act(std::uint32_t actions) {
   if (actions & kDoHold) post({Kind::kHold});
   if (actions & kDoResume) post({Kind::kResume});
   if (actions & kDoDropProgram) {
+    gave_up_ |= under_way_;
     parts_.programs.abandon();
     prepared_at_.reset();
   }
   if (actions & kDoBringUp) bring_up((actions & kDoResetFaults) != 0);
   if (actions & kDoShutDown) shut_down();
   if (actions & kDoExit && !exit_wanted_) {
+    take_back_ahead();
     exit_wanted_ = true;
     exit_by_ = Clock::now() + kSwitchOffTime;
   }
+}
+
+// Lines of a program are read ahead of its motion. Those that were not driven have set nothing.
+void MachineController::take_back_ahead() {
+  if (!std::exchange(gave_up_, false)) return;
+  under_way_ = false;
+  takes_back_ = true;
+  program_worker_.post([this, block = in_block_] {
+    std::string error;
+    try {
+      parts_.programs.gave_up_at(block);
+    } catch (const std::exception& failure) {
+      error = failure.what();
+    }
+    return Worker::Done([this, error] {
+      takes_back_ = false;
+      if (!error.empty()) spdlog::error("what was read ahead of the motion is not taken back: {}", error);
+    });
+  });
 }
 
 // The tick has room for many more than clients may fill, so it is full only when its thread stands.
@@ -373,7 +395,7 @@ void MachineController::shut_down() {
 }
 
 bool MachineController::done() const {
-  return exit_wanted_ && (drives_off_ || !shutting_down_ || Clock::now() > exit_by_);
+  return exit_wanted_ && (Clock::now() > exit_by_ || ((drives_off_ || !shutting_down_) && !takes_back_));
 }
 
 std::string MachineController::bad_ending() const {
@@ -419,7 +441,10 @@ void MachineController::run_job(const Ticket& ticket, const std::function<void()
   program_worker_.post([=, this, &open_jobs, generation = generation_.load(), cause = cause_] {
     std::string error;
     try {
-      if (generation == generation_) prepare();
+      const bool due = generation == generation_;
+      if (due) prepare();
+      const bool moves = kind == Job::kStart || kind == Job::kMdi;
+      if (due && moves && generation != generation_) parts_.programs.gave_up_at(0);
     } catch (const std::exception& failure) {
       error = failure.what();
     }
@@ -449,7 +474,9 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
         from_line_ = 0;
         shown_outputs_ = {0, 0, true, false};  // a program begins with the config's modes
       }
-      outputs_.broken_off = false;
+      outputs_.broken_off = gave_up_ = false;
+      under_way_ = true;
+      in_block_ = 0;
       post({RtCommand::Kind::kStart, kind == Job::kMdi ? 1.0 : 0.0});
     }
     return commands_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});

@@ -31,6 +31,7 @@ PlannerListeners planner_listeners(SessionLog* log, FeatureRecorder* features) {
     if (log) log->program(start);
     if (features) features->begin();
   };
+  if (log) out.taken_back = [log](std::uint64_t block) { log->taken_back(block); };
   if (features) out.move = [features](const ProgramMove& move) { features->programmed(move); };
   return out;
 }
@@ -48,6 +49,7 @@ PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Param
       parameters_(std::move(parameters)),
       tools_(std::move(tools)),
       memory_(parameters_, tools_, files),
+      journal_(parameters_, tools_),
       listeners_(std::move(listeners)),
       program_log_(files.logs, [this](const std::string& text) { say(text, 0); }),
       abandoned_(flags.abandoned),
@@ -70,19 +72,40 @@ void PlannerThread::join() {
 }
 
 void PlannerThread::settle() {
+  end_reading();
+  memory_.keep(true);
+}
+
+// Whatever is read is given up; nothing is read from then on.
+void PlannerThread::end_reading() {
   abandoned_ = true;
+  time_pass_.end();
   join();
   forget_unstarted();
-  memory_.keep(true);
+  parameters_.leave_sub_programs();
 }
 
 // The lines of a program that never moved have set nothing.
 void PlannerThread::forget_unstarted() {
   logs_before_start_.clear();
   if (started_.exchange(true)) return;
-  parameters_ = start_parameters_;
-  tools_ = start_tools_;
+  journal_.take_back();
   kept_ = true;
+}
+
+// A typed line has told already what it has set.
+void PlannerThread::gave_up_at(std::uint64_t block) {
+  const bool moved = started_;
+  end_reading();
+  if (moved) {
+    if (listeners_.taken_back) listeners_.taken_back(block);
+    const Parameters ahead = parameters_;
+    const ToolTable tools_ahead = tools_;
+    journal_.take_back_to(block);
+    if (start_.text) tell_measured(ahead, tools_ahead, 0);
+    memory_.keep(true);
+  }
+  show_idle();
 }
 
 void PlannerThread::starts() {
@@ -178,9 +201,7 @@ ProgramStart PlannerThread::start_at(const PlaceRecord& place, const JointVec& q
 }
 
 std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& q, double before_mm) {
-  abandoned_ = true;
-  join();
-  forget_unstarted();
+  end_reading();
   abandoned_ = closed_.load();
   PlaceEntry entry;
   const ProgramStart start = start_at(place, q, before_mm, entry);
@@ -198,11 +219,8 @@ void PlannerThread::check_place(const PlaceRecord& place, const JointVec& q) {
 
 // Whether a program needs it is known by running through it without the tool.
 void PlannerThread::delete_tool(int number, const std::string& path, const JointVec& q) {
-  abandoned_ = true;
-  time_pass_.end();
-  join();
+  end_reading();
   abandoned_ = closed_.load();
-  forget_unstarted();
   if (!tools_.find(number)) throw ProgramError(fmt::format("there is no tool {} in the table", number));
   if (static_cast<int>(parameters_[parameter::kTool]) == number)
     throw ProgramError(
@@ -242,12 +260,8 @@ OpenFile PlannerThread::opener(const std::string& program) {
 void PlannerThread::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
 
 ProgramSummary PlannerThread::begin(ProgramStart start) {
-  abandoned_ = true;
-  time_pass_.end();
-  join();
-  forget_unstarted();
-  abandoned_ = false;
-  if (closed_) abandoned_ = true;
+  end_reading();
+  abandoned_ = closed_.load();
   start.open = opener(start.text ? "" : start.path);
   take_failure();
   if (start.text) {
@@ -260,6 +274,7 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   wait_until_cleared();
   if (listeners_.starts) listeners_.starts(start);
   start_ = start;
+  journal_.begin();
   start_parameters_ = parameters_;  // as the program finds them
   start_tools_ = tools_;
   if (listeners_.measured && !start.text && start.from_block == 0)
@@ -310,6 +325,7 @@ PipelineObservers PlannerThread::observers() {
   said_ = 0;
   program_log_.close();
   observers.message = [this](std::string_view text, std::uint32_t line) { say(text, line); };
+  observers.journal = &journal_;
   observers.steps = static_cast<bool>(listeners_.step);
   observers.log = [this](const canon::Log& log, std::uint32_t line) { take_log(log, line); };
   return observers;

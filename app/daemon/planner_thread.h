@@ -16,6 +16,7 @@
 #include "app/daemon/read_files.h"
 #include "app/daemon/time_pass.h"
 #include "app/session/assembly.h"
+#include "app/session/change_journal.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
 #include "app/session/machine_outputs.h"
@@ -54,6 +55,7 @@ struct PlannerListeners {
   /// What the operator has just set (typed in, or at a program stop); `begins`: what a program that begins
   /// finds.
   std::function<void(const MeasuredValues&, bool begins)> measured;
+  std::function<void(std::uint64_t block)> taken_back;  ///< as ProgramSource::gave_up_at
   std::function<void(const ProgramStep&)> stands;  ///< with which modes, offsets and tool the next one begins
 };
 
@@ -103,6 +105,7 @@ class PlannerThread final : public ProgramSource {
   }
   void check_files() override;
   void starts() override;
+  void gave_up_at(std::uint64_t block) override;
   std::string take_failure() override;
 
   /// Ends the preparation and keeps all that programs have left behind; when no load is under way. FileError.
@@ -129,6 +132,7 @@ class PlannerThread final : public ProgramSource {
   void take_log(const canon::Log& log, std::uint32_t line);
   void keep_started();
   void end_thread();
+  void end_reading();
   void forget_unstarted();
   void take_held(Pipeline& pipeline);
   void check_held(const HeldLines& lines);
@@ -141,7 +145,8 @@ class PlannerThread final : public ProgramSource {
   MotionQueue& queue_;
   Parameters parameters_;
   ToolTable tools_;
-  MachineMemory memory_;  ///< of the two
+  MachineMemory memory_;   ///< of the two
+  ChangeJournal journal_;  ///< the same
   PlannerListeners listeners_;
   ProgramLog program_log_;
   /// What a program's lines set while they are read before its start is its own: it is not kept, and

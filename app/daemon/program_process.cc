@@ -390,6 +390,16 @@ void ProgramProcess::starts() {
   call(starts);
 }
 
+// A process that began since has read nothing.
+void ProgramProcess::gave_up_at(std::uint64_t block) {
+  if (worker_ == 0) return;
+  if (log_) log_->taken_back(block);
+  ProgramCall gave_up;
+  gave_up.kind = ProgramCall::Kind::kGaveUp;
+  gave_up.block = block;
+  call(gave_up);
+}
+
 const ProgramStep* ProgramProcess::step(std::uint32_t number) {
   for (; const ProgramStep* stands = shared_->stands.front(); shared_->stands.pop()) {
     stands_ = believable(*stands);

@@ -71,6 +71,7 @@ class ProgramProcess final : public ProgramSource {
   void show() override;
   void check_files() override;
   void starts() override;
+  void gave_up_at(std::uint64_t block) override;
   const ProgramStep* step(std::uint32_t number) override;
   void hand_on_moves() override;
   bool lost() override { return lost_.exchange(false); }

@@ -82,6 +82,10 @@ class ProgramSource {
   /// The program that was loaded last is about to move. What its lines have set so far is kept from now on;
   /// of a program that is not started nothing is in force. FileError: it cannot be kept, and was not set.
   virtual void starts() {}
+  /// The program that was under way was given up (`abandon`), and the machine stands in that block of it
+  /// (ProgramStep::block; 0: before its first). What the lines behind that have set, for they are read ahead,
+  /// is taken back. FileError: that cannot be kept.
+  virtual void gave_up_at(std::uint64_t /*block*/) {}
   /// The step of the program that the tick reports; 0: between programs. Null: not known. Valid until the
   /// next call.
   virtual const ProgramStep* step(std::uint32_t /*number*/) { return nullptr; }

@@ -57,7 +57,8 @@ std::string encode(const ProgramCall& call) {
                   {"rpm", call.outputs.rpm},
                   {"coolant", call.outputs.coolant},
                   {"rpm_known", call.outputs.rpm_known},
-                  {"broken_off", call.outputs.broken_off}});
+                  {"broken_off", call.outputs.broken_off},
+                  {"block", call.block}});
 }
 
 std::string encode(const ProgramReply& reply) {
@@ -87,7 +88,7 @@ ProgramCall decode_call(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramCall call;
   const int kind = whole<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kStarts))
+  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kGaveUp))
     throw std::runtime_error(fmt::format("no call of kind {}", kind));
   call.kind = static_cast<ProgramCall::Kind>(kind);
   call.path = json.at("path");
@@ -99,6 +100,7 @@ ProgramCall decode_call(const std::string& packet) {
   call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop"), json.at("dry_run")};
   call.tool = whole<int>(json.at("tool"));
   call.before_mm = json.at("before");
+  call.block = whole<std::uint64_t>(json.at("block"));
   call.outputs = {json.at("rpm"), whole<int>(json.at("coolant")), json.at("rpm_known"),
                   json.at("broken_off")};
   return call;

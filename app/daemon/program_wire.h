@@ -28,7 +28,8 @@ struct ProgramCall {
     kCheckPlace,
     kDeleteTool,
     kCheckFiles,
-    kStarts
+    kStarts,
+    kGaveUp
   };
   Kind kind = Kind::kLoad;
   std::string path, text;  ///< kLoad; kMdi, kHeld: the lines; kLoadPlace, kCheckPlace: the record
@@ -38,6 +39,7 @@ struct ProgramCall {
   int tool = 0;          ///< kConfirmTool, kDeleteTool
   double before_mm = 0;  ///< kLoadPlace
   MachineOutputs outputs = {};
+  std::uint64_t block = 0;  ///< kGaveUp
 };
 
 /// What comes back.

@@ -149,6 +149,9 @@ class ProgramWorker {
       case ProgramCall::Kind::kStarts:
         planner_.starts();
         return "";
+      case ProgramCall::Kind::kGaveUp:
+        planner_.gave_up_at(call.block);
+        return "";
       case ProgramCall::Kind::kCheckPlace:
         planner_.check_place(parse_place(call.text, "the record"), call.q);
         return "";

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <variant>
 
@@ -90,6 +91,7 @@ struct Pipeline::MoveTap : MoveSink {
   void move(const ProgramMove& m) override {
     if (const std::string refusal = rules.refusal_of(m); !refusal.empty())
       throw ProgramError(fmt::format("{}: {}", place(m.source.line), refusal));
+    ++handed_on;
     if (seen) seen(m);
     if (step) step(m.source, &m);
     next.move(m);
@@ -97,12 +99,14 @@ struct Pipeline::MoveTap : MoveSink {
   void event(const QueueEvent& event, SourceLine source) override {
     rules.hear(event);
     had_event = true;
+    ++handed_on;
     if (step) step(source, nullptr);
     next.event(event, source);
   }
   MoveSink& next;
   ProgramRules rules;
   bool had_event = false;
+  std::uint64_t handed_on = 0;  ///< moves and events
   std::function<void(const ProgramMove&)> seen;
   std::function<void(SourceLine, const ProgramMove*)> step;  ///< null: nobody asks for steps
   std::function<std::string(std::uint32_t)> place;           ///< of a line, for messages
@@ -175,13 +179,18 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
                 start.switches.corrections_off),
       messages_(std::make_unique<MessageTap>(lowering_, observers)),
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), *messages_,
-                    std::move(observers.warning), true, start.ends_round}),
+                    std::move(observers.warning), true, start.ends_round,
+                    [journal = observers.journal] {
+                      if (journal) journal->adopt();
+                    }}),
       map_(*assembly.map),
       tools_(tools),
-      line_done_(std::move(observers.line_done)) {
+      line_done_(std::move(observers.line_done)),
+      journal_(observers.journal) {
   const CheckScope checks(failed_check_);
   open(interpreter_, start, *assembly.map);
   if (start.from_line <= 1 && start.from_block == 0) return;
+  if (journal_) journal_->line_done(0, std::numeric_limits<std::uint64_t>::max());
   if (line_done_) line_done_(true);
   if (interpreter_.waiting()) finish_stages();
 }
@@ -251,6 +260,7 @@ const ProgramStep* Pipeline::held_step() {
 
 bool Pipeline::run_line() {
   const bool more = interpreter_.step();
+  if (journal_) journal_->line_done(interpreter_.blocks(), moves_->handed_on);
   if (line_done_) line_done_(std::exchange(moves_->had_event, false));
   return more;
 }
@@ -309,6 +319,7 @@ void Pipeline::answer(const ProgramAnswer& answer) {
     out.contact = lowering_.program_of(contact);
   }
   interpreter_.answer(out);
+  if (journal_) journal_->adopt();
 }
 
 void Pipeline::end_program() {

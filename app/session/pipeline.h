@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/session/assembly.h"
+#include "app/session/change_journal.h"
 #include "app/session/dry_run.h"
 #include "app/session/machine_outputs.h"
 #include "app/session/plan_time.h"
@@ -87,7 +88,8 @@ struct PipelineObservers {
   std::function<void(std::string_view text, std::uint32_t line)> message;
   /// (LOG,) and its kin. ProgramError: the log cannot be written; the program ends here.
   std::function<void(const canon::Log& log, std::uint32_t line)> log;
-  bool steps = false;  ///< `Pipeline::step` is asked for
+  bool steps = false;                ///< `Pipeline::step` is asked for
+  ChangeJournal* journal = nullptr;  ///< of its parameters and tools; told of every line before `line_done`
 };
 
 /// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row.
@@ -124,6 +126,7 @@ class Pipeline {
   /// As Interpreter; between calls of `next`, while all that was read has been handed out.
   void obey_held(const HeldLines& lines, const std::function<void()>& keep) {
     interpreter_.obey_held(lines, keep);
+    if (journal_) journal_->adopt();
   }
   /// How the program stands behind that: the last step, with what is in force now. Null: nobody asks.
   const ProgramStep* held_step();
@@ -168,6 +171,7 @@ class Pipeline {
   std::optional<ProgramStep> step_, last_step_;
   PlanTime handed_out_;  ///< of all blocks
   std::function<void(bool)> line_done_;
+  ChangeJournal* journal_;
   CheckFailure failed_check_;
   bool ended_ = false;
 };

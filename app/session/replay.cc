@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <limits>
 #include <memory_resource>
+#include <utility>
 
+#include "app/session/change_journal.h"
 #include "app/session/inline_rate_plans.h"
 #include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
@@ -149,6 +151,7 @@ class Replay {
         assembly_(assembly),
         parameters_(parameters),
         tools_(tools),
+        journal_(parameters, tools),
         sink_(sink),
         drives_(static_cast<Eigen::Index>(assembly.machine.joints.size()),
                 touch_periods_of(*assembly.drives)),
@@ -207,8 +210,13 @@ class Replay {
     for (; next_ < entries_.size() && entries_[next_].period <= period; ++next_) {
       const SessionEntry& entry = entries_[next_];
       if (entry.kind == Kind::kProgram) begin(entry.program);
-      if (entry.kind == Kind::kDeleteTool) tools_.remove(entry.tool);
+      if (entry.kind == Kind::kTakenBack) give_up_at(entry.taken_back);
+      if (entry.kind == Kind::kDeleteTool) {
+        forget_unstarted();
+        tools_.remove(entry.tool);
+      }
       if (entry.kind == Kind::kCommand) {
+        started_ |= entry.command.kind == RtCommand::Kind::kStart;
         drives_.set_homes(shows_homing());
         cycle_.post(entry.command);
       }
@@ -232,7 +240,21 @@ class Replay {
     return false;
   }
 
+  // Nothing more is read of it.
+  void give_up_at(std::uint64_t block) {
+    forget_unstarted();
+    journal_.take_back_to(block);
+    ended_ = true;
+  }
+
+  void forget_unstarted() {
+    if (std::exchange(started_, true)) return;
+    journal_.take_back();
+    ended_ = true;
+  }
+
   void begin(ProgramStart start) {
+    forget_unstarted();
     start.ends_round = head_.run;
     for (std::size_t i = next_ + 1; i < entries_.size() && entries_[i].kind != Kind::kProgram; ++i)
       if (entries_[i].kind == Kind::kBlockDelete)
@@ -246,7 +268,11 @@ class Replay {
       mdi_.reset();
     sound_ = true;
     let_go_of_the_last();
-    pipeline_.emplace(assembly_, parameters_, tools_, start, PipelineObservers{});
+    journal_.begin();
+    PipelineObservers observers;
+    observers.journal = &journal_;
+    pipeline_.emplace(assembly_, parameters_, tools_, start, observers);
+    started_ = head_.run || start.text.has_value();
     is_mdi_ = start.text.has_value();
     ended_ = has_block_ = false;
     pushed_ = 0;
@@ -321,6 +347,7 @@ class Replay {
   const Assembly& assembly_;
   Parameters& parameters_;
   ToolTable& tools_;
+  ChangeJournal journal_;
   ReportSink& sink_;
   RecordedDrives drives_;
   InlineRatePlans plans_;
@@ -331,6 +358,7 @@ class Replay {
   std::optional<Settings> mdi_;
   MotionBlock block_;
   bool has_block_ = false, ended_ = true, is_mdi_ = false, sound_ = true;
+  bool started_ = true;       ///< as PlannerThread
   std::uint32_t pushed_ = 0;  ///< of the program
   JointVec q_before_;         ///< the plan's, of the last period
   int still_periods_ = 0;     ///< that it has been the same

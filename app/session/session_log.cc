@@ -34,9 +34,9 @@ constexpr int kLogsMax = 100'000;
 constexpr auto kTryAgain = std::chrono::seconds(1);
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low",          "stands",      "fault",
-                                       "inputs",  "answer",  "sensor",       "rate_plans",  "features",
-                                       "drives",  "held",    "block_delete", "delete_tool", "gap"};
+constexpr const char* kEntryNames[] = {
+    "program",    "command",  "low",    "stands", "fault",        "inputs",     "answer",      "sensor",
+    "rate_plans", "features", "drives", "held",   "block_delete", "taken_back", "delete_tool", "gap"};
 constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
 static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kGap) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
@@ -137,6 +137,7 @@ Json to_json(const SessionEntry& entry) {
     json["at"] = entry.held.stands;
   }
   if (entry.kind == Kind::kDeleteTool) json["tool"] = entry.tool;
+  if (entry.kind == Kind::kTakenBack) json["behind"] = entry.taken_back;
   if (entry.kind == Kind::kBlockDelete) json["changes"] = changes_json({entry.change});
   if (entry.kind == Kind::kGap) {
     json["since"] = entry.since;
@@ -161,6 +162,12 @@ ProgramAnswer answer_from(const Json& json) {
   if (stands.size() != 6) throw std::runtime_error("a place has six words");
   answer.y_stand = Eigen::Map<const Words>(stands.data());
   return answer;
+}
+
+SensorSample sensor_from(const Json& json) {
+  const SensorSample sample{whole<int>(json.at("channel")), json.at("value")};
+  if (sample.channel < 0 || sample.channel >= SensorBoard::kMax) throw std::runtime_error("no such channel");
+  return sample;
 }
 
 SessionEntry from_json(const Json& json) {
@@ -207,16 +214,13 @@ SessionEntry from_json(const Json& json) {
     entry.inputs.spindle_turns = json.at("turns");
   }
   if (entry.kind == Kind::kAnswer) entry.answer = answer_from(json);
-  if (entry.kind == Kind::kSensor) {
-    entry.sensor = {whole<int>(json.at("channel")), json.at("value")};
-    if (entry.sensor.channel < 0 || entry.sensor.channel >= SensorBoard::kMax)
-      throw std::runtime_error("no such channel");
-  }
+  if (entry.kind == Kind::kSensor) entry.sensor = sensor_from(json);
   if (entry.kind == Kind::kFeatures) entry.features = features_from(json.at("features"));
   if (entry.kind == Kind::kHeld)
     entry.held = {whole<std::uint64_t>(json.at("block")), json.at("text").get<std::string>(),
                   json.at("at").get<std::array<double, 6>>()};
   if (entry.kind == Kind::kDeleteTool) entry.tool = whole<int>(json.at("tool"));
+  if (entry.kind == Kind::kTakenBack) entry.taken_back = whole<std::uint64_t>(json.at("behind"));
   if (entry.kind == Kind::kGap) {
     entry.since = whole<std::uint64_t>(json.at("since"));
     entry.lost = whole<std::uint64_t>(json.at("lost"));
@@ -322,6 +326,13 @@ void SessionLog::tool_deleted(int number) {
   SessionEntry entry;
   entry.kind = Kind::kDeleteTool;
   entry.tool = number;
+  write_now(entry);
+}
+
+void SessionLog::taken_back(std::uint64_t block) {
+  SessionEntry entry;
+  entry.kind = Kind::kTakenBack;
+  entry.taken_back = block;
   write_now(entry);
 }
 

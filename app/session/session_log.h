@@ -38,8 +38,9 @@ struct SessionEntry {
     kDrives,       ///< the drives follow no setpoints any more: they are in state `drives`
     kHeld,         ///< the operator has set offsets or tools while the program waited: `held`
     kBlockDelete,  ///< switched for what is read of the program behind `change`
-    kDeleteTool,   ///< the tool with the number `tool` has left the table
-    kGap           ///< `lost` entries before it, from the period `since` on, could not be written
+    kTakenBack,   ///< the program was given up in its block `taken_back`; what is behind that has set nothing
+    kDeleteTool,  ///< the tool with the number `tool` has left the table
+    kGap          ///< `lost` entries before it, from the period `since` on, could not be written
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -57,6 +58,7 @@ struct SessionEntry {
   std::vector<FeatureDeflection> features;
   BlockDeleteChange change;
   HeldLines held;
+  std::uint64_t taken_back = 0;
   int tool = 0;
   std::uint64_t since = 0, lost = 0;
 };
@@ -94,6 +96,7 @@ class SessionLog {
   void block_delete(const BlockDeleteChange& change);
   void held(const HeldLines& lines);
   void tool_deleted(int number);
+  void taken_back(std::uint64_t block);
   /// Every command, before the tick can have it, and every report: from one thread.
   void posted(const RtCommand& command);
   void report(const CycleReport& report);

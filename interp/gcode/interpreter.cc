@@ -343,8 +343,10 @@ void Interpreter::keep_measured() {
 
 void Interpreter::obey_held_lines() {
   const std::vector<HeldLines>& lines = parts_.config.held_lines;
-  for (; held_lines_ < lines.size() && lines[held_lines_].after_block <= blocks_; ++held_lines_)
+  for (; held_lines_ < lines.size() && lines[held_lines_].after_block <= blocks_; ++held_lines_) {
     obey_held(lines[held_lines_], [] {});
+    if (parts_.held_obeyed) parts_.held_obeyed();
+  }
 }
 
 void Interpreter::obey_held(const HeldLines& lines, const std::function<void()>& keep) {

@@ -43,6 +43,8 @@ struct InterpreterParts {
   /// A program that M99 begins again in the very state in which it began a pass before goes round for ever,
   /// and ends there. Not for a machine, which goes on.
   bool ends_round = false;
+  /// Behind each of the config's `held_lines`.
+  std::function<void()> held_obeyed = {};
 };
 
 /// The RS274/NGC interpreter (LinuxCNC's dialect, with the five-axis words of ISO controls). Reads a program

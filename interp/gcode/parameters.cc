@@ -103,9 +103,51 @@ void Parameters::Named::set(std::int32_t id, double v) {
   value[i] = v;
 }
 
-Parameters::Parameters() : numbered_(parameter::kMax + 1, 0.0), frames_(1) {
+Parameters::Parameters()
+    : numbered_(parameter::kMax + 1, 0.0), numbers_noted_(parameter::kMax + 1, 0), frames_(1) {
   numbered_[parameter::kSystem] = 1;
   numbered_[parameter::kDebugOutput] = 1;
+}
+
+// #1 to #30 within a call are put back by the return from it.
+void Parameters::note_number(int number) {
+  if (number <= parameter::kLocalCount && depth_ > 0) return;
+  numbers_noted_[static_cast<std::size_t>(number)] = note_;
+  changes_.push_back({ParameterChange::Scope::kNumber, number, numbered_[static_cast<std::size_t>(number)]});
+}
+
+void Parameters::note_name(ParameterChange::Scope scope, std::int32_t id) {
+  const bool global = scope == ParameterChange::Scope::kGlobal;
+  std::vector<std::uint32_t>& noted = global ? globals_noted_ : locals_noted_;
+  const auto i = static_cast<std::size_t>(id);
+  if (i >= noted.size()) noted.resize(i + 1, 0);
+  if (noted[i] == note_) return;
+  noted[i] = note_;
+  const double* const before = (global ? globals_ : frames_[0]).find(id);
+  changes_.push_back({scope, id, before ? *before : 0, before != nullptr});
+}
+
+std::vector<ParameterChange> Parameters::take_changes() {
+  ++note_;
+  return std::exchange(changes_, {});
+}
+
+void Parameters::take_back(std::span<const ParameterChange> changes) {
+  TRN_CHECK(depth_ == 0);
+  touched_ |= !changes.empty();
+  for (const ParameterChange& change : changes) {
+    Named& names = change.scope == ParameterChange::Scope::kGlobal ? globals_ : frames_[0];
+    if (change.scope == ParameterChange::Scope::kNumber)
+      numbered_[static_cast<std::size_t>(change.id)] = change.before;
+    else if (change.known)
+      names.set(change.id, change.before);
+    else
+      names.forget(change.id);
+  }
+}
+
+void Parameters::leave_sub_programs() {
+  while (depth_ > 0) pop_frame();
 }
 
 void Parameters::push_frame(std::span<const double> arguments) {

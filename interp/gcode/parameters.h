@@ -57,6 +57,15 @@ std::span<const std::string_view> predefined_names();
 /// Index in predefined_names(), or -1.
 int find_predefined(std::string_view name);
 
+/// A parameter that may have been changed, as it was before.
+struct ParameterChange {
+  enum class Scope : std::uint8_t { kNumber, kGlobal, kLocal };
+  Scope scope = Scope::kNumber;
+  std::int32_t id = 0;  ///< its number, or that of its name
+  double before = 0;
+  bool known = true;  ///< a name that was not known before has no value
+};
+
 /// All parameters of a program: numbered, global named, and local named ones per sub-program call.
 class Parameters {
  public:
@@ -64,6 +73,7 @@ class Parameters {
 
   double& operator[](int number) {
     touched_ |= number > parameter::kLocalCount;
+    if (numbers_noted_[static_cast<std::size_t>(number)] != note_) note_number(number);
     return numbered_[static_cast<std::size_t>(number)];
   }
   double operator[](int number) const { return numbered_[static_cast<std::size_t>(number)]; }
@@ -82,13 +92,28 @@ class Parameters {
 
   const double* local(std::int32_t id) const { return frames_[depth_].find(id); }
   const double* global(std::int32_t id) const { return globals_.find(id); }
-  void set_local(std::int32_t id, double value) { frames_[depth_].set(id, value); }
-  void set_global(std::int32_t id, double value) { globals_.set(id, value); }
+  void set_local(std::int32_t id, double value) {
+    if (depth_ == 0) note_name(ParameterChange::Scope::kLocal, id);
+    frames_[depth_].set(id, value);
+  }
+  void set_global(std::int32_t id, double value) {
+    note_name(ParameterChange::Scope::kGlobal, id);
+    globals_.set(id, value);
+  }
 
   /// A sub-program's frame: #1..#30 become the arguments (0 where none is given), names start unknown.
   void push_frame(std::span<const double> arguments);
   void pop_frame();
   std::size_t depth() const { return depth_; }
+
+  /// What may have been changed since this was last asked, each once; without what belongs to a sub-program's
+  /// call and ends with it.
+  std::vector<ParameterChange> take_changes();
+  /// As it was before `changes`; outside of sub-programs.
+  void take_back(std::span<const ParameterChange> changes);
+  /// A program was given up: its sub-programs are left, and what belongs to their calls is forgotten.
+  void leave_sub_programs();
+
   /// Every parameter outside of sub-programs has the same value.
   bool same_values(const Parameters& other) const {
     return numbered_ == other.numbered_ && globals_ == other.globals_ && frames_[0] == other.frames_[0];
@@ -107,13 +132,21 @@ class Parameters {
       return i < known.size() && known[i] ? &value[i] : nullptr;
     }
     void set(std::int32_t id, double v);
+    void forget(std::int32_t id) { known[static_cast<std::size_t>(id)] = false; }
     void clear() { known.assign(known.size(), false); }
     std::array<double, parameter::kLocalCount> caller_locals{};
 
     bool operator==(const Named&) const = default;
   };
+  void note_number(int number);
+  void note_name(ParameterChange::Scope scope, std::int32_t id);
+
   NameTable names_;
   std::vector<double> numbered_;
+  std::vector<ParameterChange> changes_;
+  std::uint32_t note_ = 1;                                   ///< marks what is in changes_
+  std::vector<std::uint32_t> numbers_noted_;                 ///< by number
+  std::vector<std::uint32_t> globals_noted_, locals_noted_;  ///< by name
   bool touched_ = false;
   Named globals_;
   std::vector<Named> frames_;

@@ -61,7 +61,7 @@ std::string draw_line(std::mt19937_64& random, const Means& means) {
     case 6:
       return fmt::format("G4 P{:.3f}", between(random, 0.001, 0.3));
     case 7:
-      return fmt::format("G10 L2 P{} X{:.3f}", 7 + one_of(random, 3), between(random, -9, 9));
+      return fmt::format("G10 L2 P{} X{:.3f}\n#100=[#100+1]", 7 + one_of(random, 3), between(random, -9, 9));
     case 9:
       return probe(random);
     case 10:
@@ -69,7 +69,7 @@ std::string draw_line(std::mt19937_64& random, const Means& means) {
     case 11:
       return fmt::format("M62 P0\nM64 P1\nM65 P1\nM63 P0");
     default:
-      return one_of(random, 4) == 0 ? "M0" : "G61";
+      return one_of(random, 4) == 0 ? "M0" : "G61\nG1 X[#100 MOD 40] F3000";
   }
 }
 

@@ -17,6 +17,7 @@
 #include "app/daemon/supervisor.h"
 #include "app/session/pipeline.h"
 #include "app/session/place_record.h"
+#include "app/session/program_step.h"
 #include "core/axes.h"
 #include "core/fault.h"
 #include "core/machine.h"
@@ -99,6 +100,17 @@ struct FakePrograms final : ProgramSource {
     held_text = text;
     return {17, text, {}};
   }
+  const ProgramStep* step(std::uint32_t number) override {
+    at.block = 10 * number;
+    return number > 0 ? &at : nullptr;
+  }
+  void gave_up_at(std::uint64_t block) override {
+    gave_up_block = block;
+    ++given_up;
+  }
+  ProgramStep at;
+  std::atomic<std::uint64_t> gave_up_block = 0;
+  std::atomic<int> given_up = 0;
   std::string held_text;
   std::atomic<bool> no_switch = false;
   ProgramSwitches switches_;

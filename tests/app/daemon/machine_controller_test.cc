@@ -171,6 +171,60 @@ TEST(MachineController, HoldResumeStop) {
   EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
 }
 
+// What was read ahead is taken back when the machine stands, to the block in which it does.
+TEST(MachineController, AProgramThatIsGivenUpIsTakenBack) {
+  for (const bool fault : {false, true}) {
+    Bench bench;
+    bench.start_program();
+    bench.now.step = 3;
+    bench.tick();
+    if (fault) {
+      bench.now.fault = Fault::kDriveFault;
+      bench.tick();
+    } else {
+      ASSERT_EQ(bench.send(command_t::STOP).outcome, +acknowledge_t::ACCEPTED);
+      bench.now.step = 4;  // on its way to rest
+      bench.tick();
+    }
+    bench.controller.poll();
+    EXPECT_EQ(bench.programs.given_up, 0) << "it does not stand yet";
+    bench.now.motion = MotionState::kRest;
+    bench.now.step = 0;
+    bench.tick();
+    if (fault) {
+      bench.now.fault = Fault::kOk;
+      ASSERT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+      bench.tick();
+    }
+    bench.until(
+        [&] { return bench.controller.state() == MachineState::kIdle && bench.programs.given_up > 0; });
+    EXPECT_EQ(bench.programs.gave_up_block, fault ? 30u : 40u);
+    EXPECT_EQ(bench.programs.given_up, 1);
+  }
+}
+
+TEST(MachineController, AProgramThatHasEndedIsNotTakenBack) {
+  Bench bench;
+  bench.start_program();
+  bench.now.event.kind = QueueEvent::Kind::kProgramEnd;
+  bench.tick();
+  bench.now.event = {};
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  ASSERT_EQ(bench.controller.state(), MachineState::kIdle);
+  bench.send(command_t::STOP);
+  bench.start_program();
+  bench.now.event.kind = QueueEvent::Kind::kProgramEnd;
+  bench.tick();
+  bench.now.event = {};
+  bench.send(command_t::STOP);  // in the moment of its end
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  for (int i = 0; i < 20; ++i) bench.controller.poll();
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.programs.given_up, 0);
+}
+
 TEST(MachineController, QuickFaultStopsTheDrivesAndNamesTheJoint) {
   Bench bench;
   bench.start_program();

@@ -207,6 +207,55 @@ class ResumeTest(unittest.TestCase):
             first, second = (len(places(path, 1)) for path in (record, again))
             self.assertLess(abs(first - second), 3, "the whole of it")
 
+    def test_what_was_read_ahead_and_not_driven_has_set_nothing(self):
+        """Behind a stop and an emergency stop; in a typed line and on disk; and the session replays to the bit."""
+        program = ("o7 sub\n#100=[#100+1]\n#<_n>=#100\nG10 L2 P2 X[#100]\nG10 L1 P1 Z[50+#100]\n"
+                   "G1 X[#100] Y[#1] F600\no7 endsub\nG21 G90 G64 P0.01\n#1=9\no8 repeat [200]\n"
+                   "o7 call [#100 MOD 2]\no8 endrepeat\n#101=1\nM2\n")
+        with Shop() as shop:
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
+            shop.start("--record", record, "--log", log)
+            part = shop.write("part.ngc", program)
+            for stop in (("stop", "--wait"), ("estop",), ("stop", "--wait")):
+                shop.ask("load", part)
+                before = shop.parameter(100)
+                shop.ask("mdi", f"G0 X{before} Y0", "--wait")
+                shop.ask("start")
+                shop.until(lambda s: shop.joints()[0] > before + 4.5)
+                shop.ask(*stop)
+                if "estop" in stop:
+                    shop.ask("reset", "--wait")
+                reached = shop.joints()[0]
+                shop.ask("mdi", "G0 X[#100 + #<_n> / 1000] Y#1", "--wait")
+                count = shop.parameter(100)
+                self.assertLess(abs(count - 0.5 - reached), 0.55, "the last move that was begun")
+                self.assertEqual((shop.parameter(5241), shop.length(1), shop.parameter(101)), (count, 50 + count, 0))
+                x, y = shop.joints()[:2]
+                self.assertAlmostEqual(x, count + count / 1000, places=6)
+                self.assertAlmostEqual(abs(y), 9, places=6)
+            shop.ask("load", shop.write("sets.ngc", "G21 G90\nG10 L2 P1 X33\n#100=999\nG1 X1 F900\nM2\n"))
+            shop.ask("load", shop.write("other.ngc", "G21 G90\nG1 X[#100 / 10] F900\nM2\n"))
+            shop.ask("start", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], count / 10, places=6)
+            self.assertEqual(shop.end(), 0)
+            assert_replays(self, shop, record, log, 10000)
+
+    def test_what_a_program_that_ended_has_set_stays(self):
+        """Also where it is ended by the daemon's end; then without what was not driven."""
+        with Shop() as shop:
+            shop.start()
+            lines = "G21 G90\nG1 X5 F900\n#100=[#100+1]\n#101=5\nM2\n"
+            shop.ask("load", shop.write("part.ngc", lines))
+            shop.ask("start", "--wait")
+            shop.ask("jog", "X", "1")
+            shop.ask("stop", "--wait")
+            self.assertEqual((shop.parameter(100), shop.parameter(101)), (1, 5))
+            shop.ask("load", shop.write("long.ngc", "G21 G90\n#100=8\nG1 X200 F600\n#100=9\nM2\n"))
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 3)
+            self.assertEqual(shop.end(), 0)
+            self.assertEqual(shop.parameter(100), 8)
+
     def test_time_left_counts_from_where_the_program_was_entered(self):
         program = "G21 G90 G64 P0.01\nM3 S1000\nG0 Z5\nG1 Z-1 F600\n" + "".join(
             f"G1 X{100 * (1 - i % 2)} Y{i} F2500\n" for i in range(8)) + "M2\n"
