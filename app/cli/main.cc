@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -95,6 +96,12 @@ std::optional<trn::Exit> answer(const CLI::App& app, const std::vector<std::stri
   return trn::Exit::kDone;
 }
 
+// To people -.5 is a number, and to CLI11 an option.
+std::string with_zero(std::string word) {
+  if (word.starts_with("-.") && word.find_first_of("0123456789") == 2) word.insert(1, "0");
+  return word;
+}
+
 int tell_usage(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
   fmt::print(stderr, "{}", trn::usage_text(app, error, words));
@@ -113,10 +120,11 @@ int main(int argc, char** argv) {
   add_commands(app, exit);
   trn::sort_into_groups(app);
   app.footer(std::string(kExits) + "\n'trunnion help COMMAND' explains a command.");
-  const std::vector<std::string> words(argv + 1, argv + argc);
+  std::vector<std::string> words(argv + 1, argv + argc);
+  std::transform(words.begin(), words.end(), words.begin(), with_zero);
   if (const auto answered = answer(app, words)) return static_cast<int>(*answered);
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
     return tell_usage(app, error, words);
   } catch (const std::exception&) {

@@ -240,9 +240,9 @@ class Replay {
     return false;
   }
 
-  // Nothing more is read of it.
+  // Nothing more is read of it. One that was given up before its first motion had started, too.
   void give_up_at(std::uint64_t block) {
-    forget_unstarted();
+    started_ = true;
     journal_.take_back_to(block);
     ended_ = true;
   }

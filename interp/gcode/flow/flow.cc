@@ -73,9 +73,24 @@ bool Flow::percent() {
     at_file_end();
     return false;
   }
+  refuse_open();
   ended_ = true;
   executor_.end_program();
   return true;
+}
+
+// Told once: whoever goes on in spite of it comes to the end.
+void Flow::refuse_open() {
+  if (!loops_.empty()) {
+    const Loop loop = loops_.back();
+    loops_.clear();
+    fail(GcodeErrorCode::kFlowNoEnd, 1, "end of the loop", "o" + labels_.name(loop.label), loop.line);
+  }
+  if (!ifs_.empty()) {
+    const Branch branch = ifs_.back();
+    ifs_.clear();
+    fail(GcodeErrorCode::kFlowNoEnd, 1, "endif", "o" + labels_.name(branch.label), branch.line);
+  }
 }
 
 void Flow::at_file_end() {
@@ -88,11 +103,7 @@ void Flow::at_file_end() {
     fail(GcodeErrorCode::kFlowNoEnd, 1, frame.numbered ? "M99" : "endsub",
          (frame.numbered ? "O" : "o") + labels_.name(frame.label), line);
   }
-  if (!loops_.empty()) {
-    const Loop loop = loops_.back();
-    loops_.clear();
-    fail(GcodeErrorCode::kFlowNoEnd, 1, "end of the loop", "o" + labels_.name(loop.label), loop.line);
-  }
+  refuse_open();
   ended_ = true;
   const bool empty = config_.end == ProgramEnd::kExpected && !file().any;
   if (config_.end == ProgramEnd::kRequired || empty) fail(GcodeErrorCode::kNoProgramEnd, 1);

@@ -135,6 +135,7 @@ class Flow {
   void go(const CodePlace& place, std::int32_t node = -1);
   File& file() { return *files_[static_cast<std::size_t>(current_.file)]; }
   void at_file_end();
+  void refuse_open();
   void begin_again();
 
   void obey(const ParsedBlock& block);

@@ -520,6 +520,14 @@ class OperatorTest(unittest.TestCase):
             self.assertEqual(shop.end(), 0)
             assert_replays(self, shop, record, log, 500)
 
+    def test_a_number_needs_no_zero_before_its_point(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("jog", "X", "-.5", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], -0.5, places=6)
+            shop.ask("touch-off", "X", "-.25")
+            self.assertEqual(shop.parameter(5221), -0.25)
+
     def test_an_unknown_command_is_explained(self):
         for word, near in (("hlep", "help"), ("statsu", "status"), ("jgo", "jog")):
             done = subprocess.run([BINARY, word], text=True, capture_output=True)

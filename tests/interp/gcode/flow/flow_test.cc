@@ -73,9 +73,11 @@ TEST(Flow, WhatIsOpenAtTheEndIsNamed) {
   for (const char* open : {"o100 if [1]", "o100 while [1]", "o100 repeat [2]", "o100 do"}) {
     const std::string error = Session().error("G21\nG0 X1\n" + std::string(open) + "\nG0 X2\nG0 X3\nM2");
     EXPECT_NE(error.find("for o100 of line 3: 'M2'"), std::string::npos) << error;
-    if (std::string_view(open) == "o100 if [1]") continue;
-    const std::string loop = unended("G21\nG0 X1\n" + std::string(open) + "\nG0 X2\n");
-    EXPECT_NE(loop.find("no end of the loop for o100 of line 3"), std::string::npos) << loop;
+    const bool branch = std::string_view(open) == "o100 if [1]";
+    const std::string told = fmt::format("no {} for o100 of line 3", branch ? "endif" : "end of the loop");
+    const std::string text = "G21\nG0 X1\n" + std::string(open) + "\nG0 X2\n";
+    EXPECT_NE(unended(text).find(told), std::string::npos) << open;
+    EXPECT_NE(unended("%\n" + text + "%\n").find("for o100 of line 4"), std::string::npos) << open;
   }
   EXPECT_EQ(Session().error("o7 if [1]\nM2\no7 endif\nG0 X1"), "");
 }
