@@ -74,7 +74,7 @@ std::string drawn_lines(Dice& dice, int count) {
         text += fmt::format("#101={} G1 X{} F3000\n", n, x);
         break;
       case 9:
-        text += "M8\n";
+        text += dice.below(2) == 0 ? "M8\n" : fmt::format("T{} M6\n", 1 + dice.below(2));
         break;
       default:
         text += fmt::format("G1 X{} Y{} F3000\n", x, n);
@@ -126,8 +126,12 @@ TEST_P(ReadAhead, IsTakenBackToAnyOfItsBlocks) {
       Pipeline pipeline(assembly_, tables.parameters, tables.tools, start_, observers);
       MotionBlock block;
       const int most = round == 0 ? 100'000 : dice.below(60);
-      for (int i = 0; i < most && pipeline.next(block); ++i)
-        if (pipeline.step() && pipeline.step()->block > 0) blocks.push_back(pipeline.step()->block);
+      for (int i = 0; i < most; ++i) {
+        const bool more = pipeline.next(block);
+        if (more && pipeline.step() && pipeline.step()->block > 0) blocks.push_back(pipeline.step()->block);
+        if (!more && !pipeline.waiting()) break;
+        if (pipeline.waiting()) pipeline.answer({});
+      }
     }
     const std::uint64_t stands =
         blocks[static_cast<std::size_t>(dice.below(static_cast<int>(blocks.size())))];
