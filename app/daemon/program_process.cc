@@ -34,8 +34,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kAnswerPollMs = 5;
-constexpr std::chrono::seconds kGiveUpTime{1};   // for a process that was told to give up
-constexpr std::chrono::seconds kSettleTime{10};  // for slow disks
+constexpr std::chrono::seconds kGiveUpTime{1};    // for a process that was told to give up
+constexpr std::chrono::seconds kSettleTime{10};   // for slow disks
+constexpr std::chrono::seconds kTakeBackTime{3};  // the same, where others wait
 constexpr const char* kMakerEnded =
     "the one that makes those that plan programs has ended; estop, hold and jogs go on, for programs and "
     "typed lines "
@@ -53,6 +54,11 @@ struct WorkerNews {
 void live_for_the_daemon() {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) signal(number, SIG_IGN);
+}
+
+std::chrono::seconds patience_with(ProgramCall::Kind kind) {
+  if (kind == ProgramCall::Kind::kSettle) return kSettleTime;
+  return kind == ProgramCall::Kind::kGaveUp ? kTakeBackTime : kGiveUpTime;
 }
 
 bool is_waiting(int socket) { return recv(socket, nullptr, 0, MSG_PEEK | MSG_DONTWAIT | MSG_TRUNC) > 0; }
@@ -366,7 +372,7 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
       given_up = {};
     else if (given_up == Clock::time_point{})
       given_up = Clock::now();
-    else if (Clock::now() - given_up > (what.kind == ProgramCall::Kind::kSettle ? kSettleTime : kGiveUpTime))
+    else if (Clock::now() - given_up > patience_with(what.kind))
       end_worker("the process that plans programs did not give up its program, and was ended");
   }
 }
