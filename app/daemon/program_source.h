@@ -84,7 +84,7 @@ class ProgramSource {
   virtual void starts() {}
   /// The program that was under way was given up (`abandon`), and the machine stands in that block of it
   /// (ProgramStep::block; 0: before its first). What the lines behind that have set, for they are read ahead,
-  /// is taken back. FileError: that cannot be kept.
+  /// is taken back (ChangeJournal::take_back_to). FileError: that cannot be kept.
   virtual void gave_up_at(std::uint64_t /*block*/) {}
   /// The step of the program that the tick reports; 0: between programs. Null: not known. Valid until the
   /// next call.

@@ -1,5 +1,6 @@
 #include "app/session/change_journal.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace trn {
@@ -13,6 +14,7 @@ void ChangeJournal::begin() {
   take_tools();
   steps_.clear();
   steps_handed_ = 0;
+  first_.reset();
 }
 
 std::unique_ptr<ToolTable> ChangeJournal::take_tools() {
@@ -22,7 +24,9 @@ std::unique_ptr<ToolTable> ChangeJournal::take_tools() {
 
 // The lines between two steps, however many, are one with the second: the machine never stands between them.
 void ChangeJournal::line_done(std::uint64_t block, std::uint64_t steps) {
-  if (std::exchange(steps_handed_, steps) != steps) note(block);
+  if (std::exchange(steps_handed_, steps) == steps) return;
+  if (!first_) first_ = block;
+  note(block);
 }
 
 void ChangeJournal::adopt() { note(0); }
@@ -41,14 +45,19 @@ void ChangeJournal::take_back(const Step& step) {
 
 void ChangeJournal::take_back_to(std::uint64_t block) {
   parameters_.leave_sub_programs();
-  take_back(Step{0, parameters_.take_changes(), take_tools()});
-  for (; !steps_.empty() && steps_.back().block > block; steps_.pop_back()) take_back(steps_.back());
-  tools_before_ = tools_;
+  if (first_) take_back_behind(std::max(block, *first_));
 }
 
 void ChangeJournal::take_back() {
-  take_back_to(0);
+  parameters_.leave_sub_programs();
+  take_back_behind(0);
   for (; !steps_.empty(); steps_.pop_back()) take_back(steps_.back());
+  tools_before_ = tools_;
+}
+
+void ChangeJournal::take_back_behind(std::uint64_t block) {
+  take_back(Step{0, parameters_.take_changes(), take_tools()});
+  for (; !steps_.empty() && steps_.back().block > block; steps_.pop_back()) take_back(steps_.back());
   tools_before_ = tools_;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "interp/gcode/parameters.h"
@@ -27,8 +28,9 @@ class ChangeJournal {
   /// While the program waits for the machine or at a stop, so that all before has been driven: what was set
   /// since its last step, by the operator or by the machine's answer, stays.
   void adopt();
-  /// As it was behind the step of that block; 0: as the program found it. For a program that was begun
-  /// further down, that includes what the lines before have set.
+  /// As it was behind the step of that block. What was set up to the first step stays, for no motion comes
+  /// before it: a typed G10 is in force, however soon a stop follows. So does what the lines have set that
+  /// were passed over, where a program was begun further down.
   void take_back_to(std::uint64_t block);
   /// As it was at `begin`.
   void take_back();
@@ -46,11 +48,13 @@ class ChangeJournal {
   void note(std::uint64_t block);
   std::unique_ptr<ToolTable> take_tools();
   void take_back(const Step& step);
+  void take_back_behind(std::uint64_t block);
 
   Parameters& parameters_;
   ToolTable& tools_;
   ToolTable tools_before_;
   std::uint64_t steps_handed_ = 0;
+  std::optional<std::uint64_t> first_;  ///< the first step's block
   std::deque<Step> steps_;
 };
 
