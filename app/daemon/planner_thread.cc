@@ -171,6 +171,7 @@ void PlannerThread::confirm_tool(int number) {
   while (!(waits_ && kept_) && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
   if (abandoned_ || !waits_ || !kept_) throw std::runtime_error("no program waits for a tool any more");
   set_spindle_tool(parameters_, tools_, number, assembly_.program.parameter_unit_mm);
+  journal_.adopt();
   memory_.keep(true);
 }
 
