@@ -149,6 +149,17 @@ TEST_F(SessionLogFile, AProgramBelongsToTheNextPeriod) {
   EXPECT_EQ(read[1].program.from_line, 0u);
 }
 
+TEST_F(SessionLogFile, WhereAProgramWasGivenUpIsTold) {
+  log_->taken_back(12'345'678'901);
+  log_->tool_deleted(7);
+  const auto read = entries();
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].kind, Kind::kTakenBack);
+  EXPECT_EQ(read[0].taken_back, 12'345'678'901u);
+  EXPECT_EQ(read[1].kind, Kind::kDeleteTool);
+  EXPECT_EQ(read[1].tool, 7);
+}
+
 // What is on at the machine when a typed line begins; a line without it, as of an earlier log, has none.
 TEST_F(SessionLogFile, WhatIsOnIsToldWithATypedLine) {
   const std::vector<std::optional<MachineOutputs>> told = {MachineOutputs{-1234.5678, 3, true, false},
