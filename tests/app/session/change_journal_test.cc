@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
-#include <fstream>
 #include <random>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
