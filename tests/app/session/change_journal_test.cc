@@ -63,7 +63,7 @@ std::string drawn_lines(Dice& dice, int count) {
         text += fmt::format("G10 L1 P{} Z{}\n", 1 + dice.below(4), n);
         break;
       case 6:
-        text += dice.below(2) == 0 ? fmt::format("G92 X{}\n", n) : "G92.1\n";
+        text += dice.below(2) == 0 ? fmt::format("G92 Z{}\n", n) : "G92.1\n";
         break;
       case 7:
         text += fmt::format("o100 call [{}] [{}]\n", n, x);
@@ -147,7 +147,9 @@ TEST_P(ReadAhead, IsTakenBackToAnyOfItsBlocks) {
         const bool more = pipeline.next(block);
         if (more && pipeline.step() && pipeline.step()->block > 0) blocks.push_back(pipeline.step()->block);
         if (!more && !pipeline.waiting()) break;
-        if (pipeline.waiting()) pipeline.answer({});
+        if (!pipeline.waiting()) continue;
+        blocks.clear();  // all before has been driven
+        pipeline.answer({});
       }
     }
     if (blocks.empty()) continue;
