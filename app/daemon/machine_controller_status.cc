@@ -166,7 +166,7 @@ void MachineController::hear_progress(const CycleReport& report) {
   const bool ended = report.event.kind == QueueEvent::Kind::kProgramEnd && report.fault == Fault::kOk;
   if (ended && status_.program == program_path_) ended_ = program_path_;
   const ProgramStep* step = parts_.programs.step(present_step(report));
-  if (step) in_block_ = step->block;
+  if (step && present_step(report) > 0) in_block_ = step->block;
   if (report.event.kind == QueueEvent::Kind::kProgramEnd) under_way_ = false;
   const OverrideShares shares{status_.override_wanted, status_.rapid_override, status_.adaptive_feed,
                               status_.spindle_override};
