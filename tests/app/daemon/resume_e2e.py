@@ -238,7 +238,7 @@ class ResumeTest(unittest.TestCase):
             shop.ask("start", "--wait")
             self.assertAlmostEqual(shop.joints()[0], count / 10, places=6)
             self.assertEqual(shop.end(), 0)
-            assert_replays(self, shop, record, log, 10000)
+            assert_replays(self, shop, record, log, 2000)
 
     def test_what_a_program_that_ended_has_set_stays(self):
         """Also where it is ended by the daemon's end; then without what was not driven."""
