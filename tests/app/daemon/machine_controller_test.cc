@@ -192,8 +192,9 @@ TEST(MachineController, AProgramThatIsGivenUpIsTakenBack) {
     bench.now.step = 0;
     bench.tick();
     if (fault) {
-      bench.now.fault = Fault::kOk;
       ASSERT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+      bench.until([&] { return bench.last() == Kind::kResetFault; });
+      bench.now.fault = Fault::kOk;
       bench.tick();
     }
     bench.until(
