@@ -168,7 +168,7 @@ class Doors(unittest.TestCase):
             record = os.path.join(bench.folder.name, "record")
             os.mkfifo(record)
             refused = subprocess.run([daemon_e2e.BINARY, "daemon", "--machine", bench.config, "--record", record],
-                                     capture_output=True, text=True, timeout=20, check=False)
+                                     capture_output=True, text=True, timeout=120, check=False)
             self.assertIn(f"{record}: --record cannot write into a pipe", refused.stderr)
             self.assertNotEqual(refused.returncode, 0)
 
@@ -302,7 +302,7 @@ class Doors(unittest.TestCase):
         with Bench() as bench, tempfile.TemporaryDirectory() as folder:
             victim = bench.write("victim", "precious")
             os.symlink(victim, os.path.join(folder, f"trunnion-{bench.name}.lock"))
-            done = subprocess.run([daemon_e2e.BINARY, "daemon", "--machine", bench.config], text=True, timeout=20,
+            done = subprocess.run([daemon_e2e.BINARY, "daemon", "--machine", bench.config], text=True, timeout=120,
                                   capture_output=True, env=dict(os.environ, RUNTIME_DIRECTORY=folder))
             self.assertEqual(done.returncode, 4)
             with open(victim) as file:

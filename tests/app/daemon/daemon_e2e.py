@@ -156,8 +156,9 @@ class Bench:
             return file.read()
 
     def client(self, *arguments):
-        done = subprocess.run([BINARY, *arguments, "--machine", self.config], capture_output=True, text=True,
-                              timeout=90)
+        patience = () if "--timeout" in arguments else ("--timeout", "60")  # a busy host is no silent daemon
+        done = subprocess.run([BINARY, *arguments, *patience, "--machine", self.config], capture_output=True, text=True,
+                              timeout=300)
         return done.returncode, done.stdout, done.stderr
 
     def ask(self, *arguments):
@@ -166,10 +167,10 @@ class Bench:
         return out
 
     def messages(self, channel, patience_s):
-        """Yields what the daemon tells from now on. Without a client of ours, which on a busy host would need longer to
-        begin than some states last."""
+        """Yields what the daemon tells from now on, until it has ended. Without a client of ours, which on a busy host
+        would need longer to begin than some states last."""
         end = time.time() + patience_s
-        while (left := end - time.time()) > 0:
+        while (left := end - time.time()) > 0 and self.process.poll() is None:
             try:
                 with DaemonSocket.of(self) as listener:
                     yield from map(as_json, listener.messages(left, channel))
@@ -181,21 +182,26 @@ class Bench:
         return self.until(lambda _: True)
 
     def motion(self, count=1):
-        heard = list(itertools.islice(self.messages("motion", 30), count))
+        heard = list(itertools.islice(self.messages("motion", 300), count))
         assert len(heard) == count, f"no motion is told\n{self.log_text()}"
         return heard
 
     def until(self, wanted, patience_s=30):
-        status = None
-        for status in self.messages("status", patience_s):
+        """The first status that is wanted. The patience is time of the machine, in periods that it has worked: on a busy
+        host that is less than has passed."""
+        begin, status = None, None
+        for status in self.messages("status", 20 * patience_s):
             if wanted(status):
                 return status
+            begin = status["periods"] if begin is None else begin
+            if (status["periods"] - begin) * status["period_s"] > patience_s:
+                break
         raise AssertionError(f"never seen: {status}\n{self.log_text()}")
 
     def end(self):
         self.process.send_signal(signal.SIGTERM)
         try:
-            return self.process.wait(timeout=20)
+            return self.process.wait(timeout=120)
         except subprocess.TimeoutExpired as error:
             threads = threads_of(self.process.pid)
             raise AssertionError(f"the daemon does not end\n{threads}\n{self.log_text()}") from error
@@ -394,13 +400,13 @@ class DaemonTest(unittest.TestCase):
         with Bench() as bench:
             bench.start_daemon()
             second = subprocess.run([BINARY, "daemon", "--machine", bench.config], text=True, capture_output=True,
-                                    timeout=20)
+                                    timeout=120)
             self.assertEqual(second.returncode, 4)
             self.assertIn(f"process {bench.process.pid}", second.stderr)
             # a lock that does not hold, as in another user's folder: the first daemon listens at its socket
             os.unlink(re.search(r"lock file (\S+?)\)", second.stderr).group(1))
             third = subprocess.run([BINARY, "daemon", "--machine", bench.config], text=True, capture_output=True,
-                                   timeout=20)
+                                   timeout=120)
             self.assertEqual(third.returncode, 4)
             self.assertIn(f"process {bench.process.pid} listens", third.stderr)
             bench.process.kill()
@@ -451,7 +457,7 @@ class DaemonTest(unittest.TestCase):
             late = subprocess.Popen([BINARY, "override", "42", "--timeout", "20", "--machine", bench.config])
             time.sleep(0.5)  # nobody listens yet
             bench.start_daemon()
-            self.assertEqual(late.wait(timeout=20), 0)
+            self.assertEqual(late.wait(timeout=120), 0)
             self.assertAlmostEqual(bench.status()["override_wanted"], 0.42)
 
     def test_noise_on_the_command_channel_does_nothing(self):

@@ -102,7 +102,7 @@ class OperatorTest(unittest.TestCase):
                 for arguments in (("mdi", "G91 G1 X100 F600"), ("override", "0"), ("override", "100"), ("hold",),
                                   ("resume",), ("stop",)):
                     done = subprocess.run([*prefix, BINARY, *arguments, "--machine", shop.config], text=True,
-                                          capture_output=True, timeout=60)
+                                          capture_output=True, timeout=120)
                     self.assertEqual(done.returncode, 0, f"{prefix} {arguments}: {done.stderr}")
                 shop.until(lambda s: s["state"] == "idle")
 
@@ -293,7 +293,7 @@ class OperatorTest(unittest.TestCase):
 
     def test_a_client_finds_its_daemon_and_tells_another_config(self):
         def client(*arguments, **environment):
-            done = subprocess.run([BINARY, *arguments], capture_output=True, text=True, timeout=60,
+            done = subprocess.run([BINARY, *arguments], capture_output=True, text=True, timeout=120,
                                   env={**os.environ, "TRUNNION_MACHINE": "", **environment})
             return done.returncode, done.stdout, done.stderr
 

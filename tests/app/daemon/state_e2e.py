@@ -243,7 +243,7 @@ class StateTest(unittest.TestCase):
             at = lambda: shop.motion()[0]["machine"]
             turns = "".join("X 1\n" for _ in range(40)) + "Z -2 0.5\nQ 1\nnonsense\n\n" + "X -10 0.001\n"
             done = subprocess.run([BINARY, "wheel", "--step", "0.1", "--machine", shop.config], input=turns, text=True,
-                                  capture_output=True, timeout=60)
+                                  capture_output=True, timeout=120)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("'nonsense' is no turn of a wheel", done.stderr)
             self.assertIn("Q", done.stderr)
@@ -252,7 +252,7 @@ class StateTest(unittest.TestCase):
             self.assertAlmostEqual(at()[2], -1, places=6)
             shop.ask("mdi", "G20", "--wait")
             shop.until(lambda s: s["inch"])
-            subprocess.run([BINARY, "wheel", "--machine", shop.config], input="Y 100\n", text=True, timeout=60,
+            subprocess.run([BINARY, "wheel", "--machine", shop.config], input="Y 100\n", text=True, timeout=120,
                            check=True)
             shop.until(lambda s: s["state"] == "idle")
             self.assertAlmostEqual(at()[1], 25.4, places=6)
@@ -270,7 +270,7 @@ class StateTest(unittest.TestCase):
                 before = shop.joints()[0]
                 shop.until(lambda s: s["state"] != "idle" and abs(shop.joints()[0] - before) > 0.3)
                 shop.ask(ends)
-                told = client.communicate(timeout=60)[1]
+                told = client.communicate(timeout=120)[1]
                 self.assertEqual(client.returncode, 4, told)
                 self.assertIn(f"stopped by another client: the {what} did not come to its end", told)
             shop.ask("stop", "--wait")  # one's own is done as it was told
@@ -380,7 +380,7 @@ class StateTest(unittest.TestCase):
 
             def prepare(answer):
                 done = subprocess.run([BINARY, "start", "--from", "4", "--machine", shop.config], input=answer,
-                                      text=True, capture_output=True, timeout=60)
+                                      text=True, capture_output=True, timeout=120)
                 self.assertEqual(done.returncode, 5)
                 return done.stderr
 
@@ -509,7 +509,7 @@ class StateTest(unittest.TestCase):
             stands = shop.joints()[0]
             time.sleep(0.5)
             client.send_signal(signal.SIGCONT)
-            _, err = client.communicate(timeout=20)
+            _, err = client.communicate(timeout=120)
             self.assertEqual(client.returncode, 4, err)
             self.assertIn("this command stood still for", err)
             self.assertEqual(shop.joints()[0], stands)
@@ -562,7 +562,7 @@ class StateTest(unittest.TestCase):
                 shop.until(lambda s: s["state"] == "running")
                 time.sleep(0.3)
                 client.send_signal(signal.SIGINT)
-                err = client.communicate(timeout=10)[1]
+                err = client.communicate(timeout=120)[1]
             self.assertEqual(client.returncode, 4, err)
             self.assertIn("the machine goes on; 'trunnion stop' ends it", err)
             self.assertEqual(shop.status()["state"], "running")
@@ -575,7 +575,7 @@ class StateTest(unittest.TestCase):
             code, _, err = shop.client("jog", "X", "-")
             self.assertEqual((code, "somebody else holds X" in err), (5, True), err)
             client.send_signal(signal.SIGINT)
-            client.communicate(timeout=20)
+            client.communicate(timeout=120)
             shop.until(lambda s: s["state"] == "idle")
             shop.ask("jog", "X", "-1", "--wait")
 

@@ -59,7 +59,7 @@ class TuneTest(unittest.TestCase):
         with Shop(extra=MECHANISM) as shop:
             shop.start()
             done = subprocess.run([BINARY, "tune", "X", "--machine", shop.config], input="n\n", text=True,
-                                  capture_output=True, timeout=60)
+                                  capture_output=True, timeout=120)
             self.assertEqual(done.returncode, 5, done.stderr)
             self.assertIn("Joint X will move between", done.stderr)
             self.assertIn("Type y to go on", done.stderr)

@@ -46,7 +46,7 @@ class WhoMay(unittest.TestCase):
         become = ["setpriv", f"--reuid={uid}", f"--regid={uid}",
                   "--groups=" + ",".join(map(str, groups)) if groups else "--clear-groups"]
         done = subprocess.run([*become, *prefix, self.binary, *arguments, "--machine", self.config, "--timeout", "0.5"],
-                              capture_output=True, text=True, timeout=60, check=False)
+                              capture_output=True, text=True, timeout=120, check=False)
         return done.returncode, done.stdout + done.stderr
 
     def stands(self):
@@ -90,7 +90,7 @@ class WhoMay(unittest.TestCase):
     def test_a_stranger_starts_no_second_daemon(self):
         become = ["setpriv", f"--reuid={STRANGER}", f"--regid={STRANGER}", "--clear-groups"]
         second = subprocess.run([*become, self.binary, "daemon", "--machine", self.config], capture_output=True,
-                                text=True, timeout=60, check=False, cwd=self.folder.name)
+                                text=True, timeout=120, check=False, cwd=self.folder.name)
         self.assertEqual(second.returncode, 4, second.stderr)
         self.assertIn("is already run", second.stderr)
         self.assertIn("user root", second.stderr)
