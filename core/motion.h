@@ -109,7 +109,7 @@ struct QueueEvent {
   /// 0 off; tool change: who confirms it (kToolByOperator).
   double value = 0;
   /// Tool number; coolant bits (1 mist, 2 flood); message number; user M-code; number of the output; input
-  /// (input_argument); ProbeMode; GearMode; corrections.
+  /// (input_argument); ProbeMode; GearMode; corrections; program end: 1 switches the coolant off.
   std::int32_t argument = 0;
   OverrideMode overrides = {};  ///< in force when it happens
   double per_turn_mm = 0;       ///< gear: tip path of a turn

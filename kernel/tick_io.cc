@@ -118,6 +118,9 @@ TickIo::Outcome TickIo::obey(const QueueEvent& event) TRN_RT {
       return Outcome::kDone;
     case Kind::kProbeStart:
       return begin_probe(static_cast<ProbeMode>(event.argument));
+    case Kind::kProgramEnd:
+      if (event.argument == 1) outputs_.coolant = 0;
+      return Outcome::kDone;
     case Kind::kProbeEnd:
       return static_cast<double>(looks_++) * period_s_ < kProbeSettle_s ? Outcome::kWaits : end_probe(false);
     default:

@@ -467,7 +467,8 @@ struct Lowering::Visit {
         return low.event(QueueEvent::Kind::kProgramStop);
       case PlainCanon::kOptionalStop:
         return low.event(QueueEvent::Kind::kOptionalStop);
-      case PlainCanon::kProgramEnd:
+      case PlainCanon::kProgramEnd:  // the coolant, too, that a typed line has switched on
+        return low.event(QueueEvent::Kind::kProgramEnd, 0, 1);
       case PlainCanon::kFinish:
         return low.event(QueueEvent::Kind::kProgramEnd);
       default:

@@ -224,6 +224,16 @@ TEST_F(TickIoTest, AProbeMoveHasATenthOfASecondBehindItsEnd) {
   EXPECT_EQ(io.failure(), Fault::kProbe);
 }
 
+TEST_F(TickIoTest, TheEndOfAProgramSwitchesTheCoolantOffWhereItSaysSo) {
+  io.obey(event_of(Kind::kCoolant, 0, 3));
+  io.obey(event_of(Kind::kProgramEnd));
+  exchange();
+  EXPECT_EQ(devices.told.coolant, 3);
+  io.obey(event_of(Kind::kProgramEnd, 0, 1));
+  exchange();
+  EXPECT_EQ(devices.told.coolant, 0);
+}
+
 TEST(TickIo, WithoutDevicesTheSpindleIsReadyAndInputsAreZero) {
   TickIo io(nullptr, kPeriod, 0.5);
   EXPECT_EQ(io.obey(event_of(Kind::kSpindle, 100)), Outcome::kDone);

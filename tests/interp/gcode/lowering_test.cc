@@ -396,7 +396,10 @@ TEST(Lowering, TheFirstM5AndM9AreTold) {
                                                      {Kind::kCoolant, 0},
                                                      {Kind::kCoolant, 2},
                                                      {Kind::kCoolant, 0},
-                                                     {Kind::kProgramEnd, 0}}));
+                                                     {Kind::kProgramEnd, 1}}));
+  const QueueEvent cut_off = Session().moves("G0 X1\n").events.back();
+  EXPECT_EQ(cut_off.kind, Kind::kProgramEnd);
+  EXPECT_EQ(cut_off.argument, 0) << "a file that just ends switches nothing";
 }
 
 // What needs to hear the machine is refused where it would move, and never becomes a plain feed.
