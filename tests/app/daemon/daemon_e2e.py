@@ -11,7 +11,6 @@ import itertools
 import json
 import math
 import os
-import pathlib
 import re
 import shutil
 import signal
@@ -26,6 +25,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../
 from daemon_socket import DaemonSocket, as_json, packet_of  # noqa: E402
 from instrumented import sanitized  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
+from process_threads import threads_of  # noqa: E402
 
 BINARY, SOURCE, SANITIZED = "", "", False
 
@@ -187,8 +187,8 @@ class Bench:
         return heard
 
     def until(self, wanted, patience_s=30):
-        """The first status that is wanted. The patience is time of the machine, in periods that it has worked: on a busy
-        host that is less than has passed."""
+        """The first status that is wanted. The patience is the machine's time, in periods that it has worked: on a busy
+        host less than has passed."""
         begin, status = None, None
         for status in self.messages("status", 20 * patience_s):
             if wanted(status):
@@ -205,17 +205,6 @@ class Bench:
         except subprocess.TimeoutExpired as error:
             threads = threads_of(self.process.pid)
             raise AssertionError(f"the daemon does not end\n{threads}\n{self.log_text()}") from error
-
-
-def threads_of(process):
-    """Name, state and what it waits for of each thread, a line each."""
-    lines = []
-    for task in sorted(pathlib.Path(f"/proc/{process}/task").iterdir()):
-        state = (task / "stat").read_text().rsplit(")", 1)[1].split()
-        name = (task / "comm").read_text().strip()
-        lines.append(f"{name}: {state[0]}, {state[11]} + {state[12]} clock ticks of CPU, "
-                     f"waits in {(task / 'wchan').read_text()}")
-    return "\n".join(lines)
 
 
 def rows(path):

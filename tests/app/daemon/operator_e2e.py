@@ -160,6 +160,18 @@ class OperatorTest(unittest.TestCase):
                     self.assertTrue(file.read().startswith("; the workshop's tools\n"), "the file's own lines stay")
                 self.assertFalse([n for n in os.listdir(shop.folder.name) if n.endswith(".new")], told)
 
+    def test_m2_switches_off_what_a_typed_line_has_switched_on(self):
+        """And a file that just ends leaves it on."""
+        with Shop() as shop:
+            shop.start()
+            for end, rpm in (("", 3000), ("M2\n", 0), ("M30\n", 0)):
+                shop.ask("mdi", "S3000 M3 M7\nM8", "--wait")
+                shop.ask("load", shop.write("part.ngc", "G21 G91\nG1 X1 F600\n" + end))
+                shop.ask("start", "--wait")
+                now = shop.until(lambda s: s["state"] == "idle" and s["spindle_rpm"] == rpm)
+                self.assertEqual((now["mist"], now["flood"]), (rpm > 0, rpm > 0), end)
+                self.assertEqual("M9" in now["codes"].split(), rpm == 0, end)
+
     def test_what_cannot_be_kept_is_refused(self):
         with Shop() as shop:
             shop.start()

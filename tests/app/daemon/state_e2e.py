@@ -371,16 +371,6 @@ class StateTest(unittest.TestCase):
             shop.until(lambda s: s["spindle_rpm"] == 3000)
             shop.ask("mdi", "M2", "--wait")
             self.assert_off(shop, "M2")
-            # a program that names neither: its M2 ends both, and where a file just ends they stay on
-            for end, off in (("", False), ("M2\n", True)):
-                shop.ask("mdi", "S3000 M3 M7\nM8", "--wait")
-                shop.ask("load", shop.write("part.ngc", "G21 G91\nG1 X1 F600\n" + end))
-                shop.ask("start", "--wait")
-                if off:
-                    self.assert_off(shop, "M2 of a program")
-                else:
-                    now = shop.status()
-                    self.assertEqual((now["spindle_rpm"], now["mist"], now["flood"]), (3000, True, True))
 
     def test_a_start_that_is_not_wanted_begins_at_the_first_line_again(self):
         with Shop() as shop:
