@@ -58,11 +58,12 @@ class ResumeTest(unittest.TestCase):
             time.sleep(0.3)
             shop.kill()
             place = place_file(shop)
-            self.assertEqual((place["line"], place["text"], place["to"][:3]), (8, "G1 X40 Y20", [40, 20, -2]))
+            on_the_way = {8: ("G1 X40 Y20", [40, 20, -2]), 9: ("G2 X20 Y40 I-20", [20, 40, -2])}  # a busy host is late
+            self.assertEqual((place["text"], place["to"][:3]), on_the_way[place["line"]])
             shop.start("--record", record, "--log", log)
             code, out, err = shop.client("start", "--resume")  # nobody says yes
             self.assertEqual(code, 5, err)
-            self.assertIn("it was in line 8", out + err)
+            self.assertIn(f"it was in line {place['line']}", out + err)
             self.assertIn("spindle 2000 rpm", out + err)
             shop.ask("start", "--resume", "--yes", "--before", "2")
             shop.until(lambda s: s["state"] == "idle")
