@@ -73,8 +73,8 @@ class ResumeTest(unittest.TestCase):
             off = [i for i, q in enumerate(way) if distance_from(q, truth) > 0.002]
             back = way[off[-1] + 1:]
             self.assertLess(min(q[2] for q in back), -2.99, "the third pass was cut")
-            again = [q for q in way if abs(q[2] + 1) < 0.1 and q[0] > 1]
-            self.assertEqual(again, [], "and the first was not cut again")
+            again = {(round(q[0], 1), round(q[1], 1)) for q in way if abs(q[2] + 1) < 0.1 and q[0] > 1}
+            self.assertLessEqual(len(again), 1, "the first was not cut again; the way down passes its depth")
             for q in truth[-40:]:
                 self.assertLess(distance_from(q, back), 0.01, "to the end")
 
