@@ -6,6 +6,7 @@
 
 #include "core/axes.h"
 #include "core/config.h"
+#include "core/joint_range.h"
 #include "core/machine.h"
 #include "core/units.h"
 #include "sim/mechanism_config.h"
@@ -47,10 +48,8 @@ void read_unitless(const ConfigTable& table, JointKeys& keys) {
 }
 
 void read_override(const ConfigTable& table, const Joint& joint, JointKeys& keys) {
-  const bool rotary = joint.kind == JointKind::kRotary;
-  const std::string_view unit = rotary ? "deg" : "mm";
-  const double scale = rotary ? kDegPerRad : 1;
-  const Range range{scale * joint.limit.min, scale * joint.limit.max};
+  const std::string_view unit = joint.kind == JointKind::kRotary ? "deg" : "mm";
+  const Range range = range_of_places(joint);
   read_unitless(table, keys);
   read_common(table, unit, keys);
   keys.home = table.number(fmt::format("home_{}", unit), keys.home, range);
@@ -72,12 +71,12 @@ SimulatedJoint::Config make_joint(const Joint& joint, double period_s, const Joi
   // No faster than the joint may go, whatever the config asks for.
   out.speed_search = std::min(unit * keys.homing_speed, limit.velocity);
   out.speed_index = std::min(unit * keys.index_speed, limit.velocity);
-  out.home = unit * keys.home;
+  out.home = place_of(joint, keys.home);
   out.index_distance = unit * keys.index_distance;
   // Limit switches lie beyond the range of the joint: a program that keeps the range never meets them.
   out.switch_min = limit.min - unit * keys.limit_switch_margin;
   out.switch_max = limit.max + unit * keys.limit_switch_margin;
-  out.start = unit * keys.start;
+  out.start = place_of(joint, keys.start);
   out.homed = keys.homed;
   return out;
 }

@@ -14,6 +14,7 @@
 
 #include "core/axes.h"
 #include "core/joint_model.h"
+#include "core/joint_range.h"
 #include "core/letter_case.h"
 #include "core/units.h"
 #include "hal/can/cia402.h"
@@ -428,8 +429,7 @@ class NodeReader {
     axis.final_speed = std::min(speed, limit.velocity);
     axis.final_acceleration = 0.5 * limit.acceleration;
     if (!table_.has(key("home_final"))) return;
-    axis.home_final =
-        unit() * table_.number(key("home_final"), Range{limit.min / unit(), limit.max / unit()});
+    axis.home_final = place_of(joint(), table_.number(key("home_final"), range_of_places(joint())));
     if (axis.absolute)
       throw table_.error(key("home_final"),
                          "a joint with an absolute encoder does not home, so that it goes nowhere");
@@ -485,8 +485,7 @@ class NodeReader {
     const double scale = node.link.axis.counts_per_unit;
     // Zero if the joint reaches it, else the end of its range next to zero.
     const double home = std::clamp(0.0, limit.min, limit.max);
-    node.home =
-        unit() * table_.number(key("home"), home / unit(), Range{limit.min / unit(), limit.max / unit()});
+    node.home = place_of(joint(), table_.number(key("home"), home / unit(), range_of_places(joint())));
     node.square = unit() * table_.number(key("square"), 0.0, kAnyNumber);
     node.home += node.square;
     node.link.home_group = static_cast<int>(table_.integer("home_group", 0, Range{0, 99}));

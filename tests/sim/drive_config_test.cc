@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -103,6 +104,32 @@ homed = false
   EXPECT_NE(told.joints[0].servo.damping, 0.9);
   EXPECT_THROW(read("[[drives.joint]]\nname = \"C\"\nstart_deg = 181\n"), ConfigError);
   EXPECT_THROW(read("[[drives.joint]]\nname = \"Z\"\n"), ConfigError);
+}
+
+// -120 degrees come back from rad as -119.99999999999999.
+TEST(DriveConfig, TheEndsOfARangeAreInItWhateverTheirDegrees) {
+  std::string text = kMachine;
+  const std::string ends = "min_deg = -180\nmax_deg = 180\n";
+  const std::size_t at = text.find(ends);
+  text.erase(at, ends.size());
+  for (int tenths = 1; tenths <= 3600; tenths += 7) {
+    const double end = tenths / 10.0;
+    const auto read_with = [&](double start, double home) {
+      std::string config = text;
+      config.insert(at, fmt::format("min_deg = -{0}\nmax_deg = {0}\n", end));
+      config += fmt::format("[[drives.joint]]\nname = \"C\"\nstart_deg = {}\nhome_deg = {}\n", start, home);
+      const Machine machine = read_machine(parse_config(config, "test.toml"));
+      const SimulatedJoint::Config joint =
+          read_simulated_drives(machine, machine.root.table("drives")).joints[1];
+      const JointLimit& limit = machine.joints[1].limit;
+      EXPECT_EQ(joint.start, start < 0 ? limit.min : limit.max) << end;
+      EXPECT_EQ(joint.home, home < 0 ? limit.min : limit.max) << end;
+    };
+    read_with(-end, end);
+    read_with(end, -end);
+    EXPECT_THROW(read_with(end + 1e-9, 0), ConfigError) << end;
+    EXPECT_THROW(read_with(0, -end - 1e-9), ConfigError) << end;
+  }
 }
 
 /// States and faults of the joint X, period by period, while C stands.

@@ -1,5 +1,6 @@
 #include "hal/can/can_config.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -69,6 +70,15 @@ TEST(CanConfig, ARampBeyondItsObjectIsTheSteepest) {
     }
     EXPECT_EQ(found, 1);
   }
+}
+
+TEST(CanConfig, HomeMayBeAnEndOfTheRange) {
+  const std::string axis = "joint = \"A\"\nid = 4\n";
+  for (const char* key : {"home_deg", "home_final_deg"})
+    for (const char* end : {"-120", "120"}) {  // which come back from rad as 119.99999999999999
+      EXPECT_EQ(refusal_of_edit(axis, fmt::format("{}{} = {}\n", axis, key, end)), "");
+      EXPECT_NE(refusal_of_edit(axis, fmt::format("{}{} = {}.000001\n", axis, key, end)), "");
+    }
 }
 
 // CiA 402-2, clause 11: 0 is no homing; 15, 16, 31, 32 and 36 are reserved; below 0 they are the maker's.
