@@ -4,6 +4,7 @@
 #include <malloc.h>
 #include <sched.h>
 #include <sys/personality.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,7 +22,9 @@
 
 namespace {
 
-constexpr unsigned kPatience_s = 120;  // of real time, for one session: then it runs in a circle
+// A session takes about a second of the processor. One that takes this much runs in a circle, and one that
+// does nothing for this long hangs. The second is long, since a host may have much else to do.
+constexpr unsigned kPatience_s = 120, kHangs_s = 1800;
 
 struct Options {
   std::uint64_t first = 1, last = 200;
@@ -73,7 +76,9 @@ Child begin(std::uint64_t seed, bool verbose, int processor) {
   if (pid == 0) {
     close(ends[0]);
     settle(processor);
-    alarm(kPatience_s);
+    const rlimit processor_time{kPatience_s, kPatience_s + 1};
+    setrlimit(RLIMIT_CPU, &processor_time);
+    alarm(kHangs_s);
     trn::world::live(seed, verbose, ends[1], folder);
   }
   close(ends[1]);
@@ -89,8 +94,8 @@ Result finish(const Child& child, int status) {
   if (!std::getenv("TRN_WORLD_KEEP")) std::filesystem::remove_all(child.folder);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {true, text};
   if (!text.empty()) return {false, text};
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
-    return {false, "runs in a circle: no end in real time"};
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return {false, "runs in a circle"};
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) return {false, "hangs: no end in real time"};
   if (WIFSIGNALED(status)) return {false, fmt::format("crash: {}", strsignal(WTERMSIG(status)))};
   return {false, fmt::format("ended by itself, exit code {}", WEXITSTATUS(status))};
 }
