@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/lab/ball_contacts.h"
 #include "app/lab/ball_plan.h"
 #include "app/lab/text_file.h"
@@ -218,7 +219,8 @@ void add_ball_fit(CLI::App& parent, Exit& exit) {
          "G53 calls the place, length_mm and tip_mm of the probe")
       ->required();
   app->add_option("--machine", options->machine,
-                  "machine config (.toml), the one that was in force when the ball was touched")
+                  "the machine by its name, or its config (.toml): the one that was in force when the ball "
+                  "was touched")
       ->required();
   app->add_option("--length-mm", options->probe.length_mm,
                   "length of the probe, where the file has no such column");
@@ -243,7 +245,7 @@ void add_ball_plan(CLI::App& parent, Exit& exit) {
   CLI::App* app = parent.add_subcommand(
       "plan",
       "Say in which positions of the rotary axes it is worth touching the ball next, and by how much");
-  app->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  app->add_option("--machine", options->machine, kMachineOption)->required();
   app->add_option("--ball", options->ball_mm,
                   "x y z of the ball's centre, machine coordinates with every axis at zero")
       ->expected(3)

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/lab/ball_contacts.h"
 #include "app/lab/ballbar_run.h"
 #include "app/lab/polar_plot.h"
@@ -262,7 +263,7 @@ void add_ballbar_run(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* run_app = parent.add_subcommand(
       "run", "Run the tests on a simulated machine with errors; writes CSV and pictures");
-  run_app->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  run_app->add_option("--machine", options->machine, kMachineOption)->required();
   run_app->add_option("--truth", options->truth,
                       "the simulated machine's true errors: a file with a section [corrections.geometric]; "
                       "default: those the config knows");
@@ -288,7 +289,7 @@ void add_ballbar_patterns(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* app =
       parent.add_subcommand("patterns", "Draw what each single error looks like in each test (SVG)");
-  app->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  app->add_option("--machine", options->machine, kMachineOption)->required();
   app->add_option("--out", options->out, "folder for the pictures")->capture_default_str();
   app->add_option("--tests", options->tests, "as in 'run'");
   app->callback([options, &exit] { exit = judging_measurements(&patterns, *options); });
@@ -303,7 +304,7 @@ void add_ballbar_identify(CLI::App& parent, Exit& exit) {
       ->add_option("traces", options->traces,
                    "CSV files (angle in deg, reading in mm); NAME=FILE where the file does not say its test")
       ->required();
-  identify_app->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  identify_app->add_option("--machine", options->machine, kMachineOption)->required();
   identify_app->add_flag("--planar", options->planar, "the two-position planar method, for comparison");
   identify_app->add_flag("--no-setup", options->no_setup, "take ball and cup as exactly in place");
   identify_app->add_option("--noise-um", options->noise_um, "of one reading; default: from the residuals");

@@ -5,6 +5,7 @@
 
 #include "app/check/trace_check.h"
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "core/config.h"
 #include "core/machine.h"
 
@@ -52,7 +53,7 @@ void add_check_trace(CLI::App& app, Exit& exit) {
       ->add_option("TRACE", options->trace,
                    "CSV written by 'run --trace' or 'daemon --record', or - for standard input")
       ->required();
-  command->add_option("--machine,-m", options->machine, "machine config (.toml)")->required();
+  command->add_option("--machine,-m", options->machine, kMachineOption)->required();
   command->add_flag("--json", options->json, "the verdict as JSON (mm, rad, s)");
   command->footer(kCheckTraceFooter);
   command->callback([options, &exit] { exit = judge(*options); });

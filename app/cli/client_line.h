@@ -16,11 +16,6 @@ Machine client_machine(const std::string& machine, const std::string& key_file);
 /// signed and through the machine's gateway. NoAnswer, KeyError, ConfigError where the config has no gateway.
 CommandClient make_client(const Machine& machine, const std::string& key_file, double timeout_s);
 
-/// What `--machine` means to a client, for its help.
-inline constexpr const char* kMachineHelp =
-    "Config of the machine whose daemon is asked (configs/X.toml), or the machine's name; default: the one "
-    "that "
-    "runs here";
 /// What `--remote` means, for its help.
 inline constexpr const char* kRemoteHelp =
     "From another host: sign with this private key ('trunnion key make'), and go through the machine's "

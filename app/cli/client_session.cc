@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/cli/named_files.h"
 #include "app/client/access_config.h"
 #include "app/client/daemon_line.h"
 #include "app/client/running_daemons.h"

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "app/cli/help_formatter.h"
+#include "app/cli/named_files.h"
 #include "app/cli/unknown_word.h"
 
 namespace trn {
@@ -89,8 +90,11 @@ std::string values_of(const CLI::Option& option, const std::string& begun) {
   if (!choices.empty() || !text) return out;
   const std::string name = option.get_positional() ? CLI::detail::to_lower(option.get_name(true, false))
                                                    : "--" + option.get_lnames().at(0);
+  if (name == "--machine")
+    for (const std::string& machine : machine_names())
+      if (begins(machine, begun)) out += offer(machine, "a machine by its name");
   const auto ending = kEndings.find(name);
-  return ":files" + (ending == kEndings.end() ? "" : std::string(ending->second)) + "\n";
+  return out + ":files" + (ending == kEndings.end() ? "" : std::string(ending->second)) + "\n";
 }
 
 const CLI::Option* find_option(const CLI::App& app, const std::string& word) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/daemon/door.h"
 #include "app/daemon/place_keeper.h"
 #include "app/daemon/privileges.h"
@@ -174,7 +175,7 @@ void run_machine(const DaemonOptions& options) {
 void add_daemon(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<DaemonOptions>();
   CLI::App* daemon = app.add_subcommand("daemon", "Run the machine in real time and obey the clients");
-  daemon->add_option("--machine", options->machine, "Config of the machine (configs/X.toml)")->required();
+  daemon->add_option("--machine", options->machine, kMachineOption)->required();
   daemon
       ->add_option("--tools", options->tools,
                    "Tool table (LinuxCNC's .tbl), which G10 L1, L10 and L11 change")
@@ -194,7 +195,7 @@ void add_daemon(CLI::App& app, Exit& exit) {
                      "Folder for the files that programs write with (LOGOPEN,NAME) and (LOG,TEXT). Without "
                      "it they are not written");
   daemon->footer(
-      "Example: trunnion daemon --machine configs/mill.toml, then in another terminal: trunnion home, "
+      "Example: trunnion daemon --machine mill, then in another terminal: trunnion home, "
       "trunnion monitor\nCtrl-C or SIGTERM stops the motion on its path, then the drives, then the "
       "process.\nExit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault or already "
       "running, 5 usage.");

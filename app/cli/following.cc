@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/cli/run_inputs.h"
 #include "app/session/assembly.h"
 #include "core/machine.h"
@@ -23,7 +24,7 @@ constexpr const char kFollowingFooter[] =
     "The program runs three times on the drives that the config emulates: with places alone, with velocities "
     "beside\nthem (0x60B1), and with velocities and torques (0x60B2). A following error is the distance "
     "between a measured\nplace and the setpoint that it belongs to.\n"
-    "Example: trunnion following impeller --machine configs/cradle_servo.toml\n";
+    "Example: trunnion following impeller --machine cradle_servo\n";
 
 Exit following(FollowingOptions options) {
   options.program = with_examples(options.program);
@@ -48,7 +49,8 @@ void add_following(CLI::App& app, Exit& exit) {
   command->add_option("program", options->program, "G-code file; or an example by its name: impeller")
       ->required();
   command->add_option("--machine,-m", options->machine,
-                      "machine config (.toml) with a section [feed_forward]. Without it, the program's first "
+                      "the machine by its name, or its config (.toml), with a section [feed_forward]. "
+                      "Without it, the program's first "
                       "lines name it");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_flag("--json", options->json, "the table as JSON (mm, degrees)");

@@ -68,7 +68,9 @@ void add_gateway(CLI::App& app, Exit& exit) {
   auto config = std::make_shared<std::string>();
   CLI::App* gateway = app.add_subcommand(
       "gateway", "Let signed commands of other computers in, and hand them to this computer's daemon");
-  gateway->add_option("--machine", *config, "Config of the machine (configs/X.toml); see [gateway] there")
+  gateway
+      ->add_option("--machine", *config,
+                   "The machine by its name, or its config (.toml); see [gateway] there")
       ->required();
   gateway->footer(
       "Clients of other hosts: trunnion start --machine CFG --remote KEY_FILE, and so on.\n"

@@ -185,8 +185,9 @@ void add_interpret(CLI::App& app, Exit& exit) {
       "Read a program to its end and tell all its errors; nothing moves. With --machine also where an axis "
       "leaves its range, with --canon its canonical machining functions");
   command->add_option("program", options->program, "G-code file")->required();
-  command->add_option("--machine", options->machine,
-                      "the machine's config (.toml). Without it: all six axis words, no RTCP");
+  command->add_option(
+      "--machine", options->machine,
+      "the machine by its name, or its config (.toml). Without it: all six axis words, no RTCP");
   command->add_flag("--canon", options->canon, "print NIST RS274/NGC canonical functions, one a line");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_option("--vars", options->variables, "variables (.var)");

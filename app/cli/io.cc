@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/lab/text_file.h"
 #include "app/lab/wiring.h"
 #include "app/session/assembly.h"
@@ -25,7 +26,7 @@ struct IoOptions {
 constexpr const char kIoFooter[] =
     "What is wired to what by the config: signals, safety inputs, brakes, values of devices on a field bus,\n"
     "and what the simulation wires.\n"
-    "For example: trunnion io --machine configs/gantry_router.toml --svg wiring.svg\n"
+    "For example: trunnion io --machine gantry_router --svg wiring.svg\n"
     "docs/config.md, chapter \"Wiring of signals\", has the keys. What needs logic is a client of the "
     "daemon\n"
     "(examples/clients).\n"
@@ -70,7 +71,7 @@ Exit show_wiring(const IoOptions& options) {
 void add_io(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<IoOptions>();
   CLI::App* command = app.add_subcommand("io", "Show what is wired to what, and draw it");
-  command->add_option("--machine,-m", options->machine, "config of the machine (configs/X.toml)")->required();
+  command->add_option("--machine,-m", options->machine, kMachineOption)->required();
   command->add_option("--svg", options->svg, "draw it into this file");
   command->add_flag("--json", options->json, "as JSON");
   command->footer(kIoFooter);

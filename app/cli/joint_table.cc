@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/lab/error_curves.h"
 #include "app/lab/joint_measure.h"
 #include "app/lab/text_file.h"
@@ -237,7 +238,7 @@ void add_measure(CLI::App& parent, Exit& exit) {
       "measure",
       "Rehearse a measurement there and back, on a simulated machine whose joints have errors. It is made "
       "without correction and, where the config has joint tables, with it; writes CSV and a picture");
-  app->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  app->add_option("--machine", options->machine, kMachineOption)->required();
   app->add_option("--truth", options->truth,
                   "the simulated machine's true errors: a file with a section [corrections.joint_table]")
       ->required();
@@ -274,7 +275,7 @@ void add_joint_table(CLI::App& app, Exit& exit) {
       ->add_option("measurements", options->measurements,
                    "CSV in the order of measuring: joint, commanded, actual (mm or deg), there and back")
       ->required();
-  fit_app->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  fit_app->add_option("--machine", options->machine, kMachineOption)->required();
   fit_app->add_option("--table", options->table, "a table of this many places instead of a slope")
       ->check(CLI::Range(2, 200));
   fit_app->add_option("--write", options->write, "write the config section to this file");

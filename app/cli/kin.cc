@@ -6,6 +6,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/kin_words.h"
+#include "app/cli/named_files.h"
 #include "app/session/corrections.h"
 #include "compensation/rtcp.h"
 #include "core/axes.h"
@@ -306,7 +307,7 @@ void add_kin(CLI::App& app, Exit& exit) {
   command->add_option("direction", options->direction, "forward, inverse, setpoint or words")
       ->required()
       ->check(CLI::IsMember({"forward", "inverse", "setpoint", "words"}));
-  command->add_option("--machine,-m", options->machine, "machine config (.toml)")->required();
+  command->add_option("--machine,-m", options->machine, kMachineOption)->required();
   command->add_flag("--words", options->words, "speak in program words, joint names and degrees");
   command->footer(kKinFooter);
   command->callback([options, &exit] { exit = serve(*options); });

@@ -12,6 +12,7 @@
 #include "app/cli/completions.h"
 #include "app/cli/help_formatter.h"
 #include "app/cli/micromill.h"
+#include "app/cli/named_files.h"
 #include "app/cli/unknown_word.h"
 #include "app/cli/version.h"
 
@@ -20,7 +21,7 @@ namespace {
 constexpr const char kDescription[] =
     "Trunnion: a CNC control. It reads G-code and moves a machine, or simulates one.\n"
     "Run a program in simulation:   trunnion run impeller\n"
-    "Drive a machine:               trunnion daemon --machine configs/mill.toml";
+    "Drive a machine:               trunnion daemon --machine mill";
 
 constexpr const char kLesson[] =
     "Trunnion reads G-code, plans the motion and drives the joints of a machine. Try it without a machine:\n"
@@ -31,7 +32,7 @@ constexpr const char kLesson[] =
     "\n"
     "Then start a machine (the drives of this config are simulated), and move it from a second terminal:\n"
     "\n"
-    "  trunnion daemon --machine configs/mill.toml\n"
+    "  trunnion daemon --machine mill\n"
     "  trunnion home --wait\n"
     "  trunnion mdi 'G0 X10' --wait\n"
     "  trunnion monitor\n"
@@ -118,6 +119,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   trn::Exit exit = trn::Exit::kDone;
   add_commands(app, exit);
+  trn::take_machine_names(app);
   trn::sort_into_groups(app);
   app.footer(std::string(kExits) + "\n'trunnion help COMMAND' explains a command.");
   std::vector<std::string> words(argv + 1, argv + argc);

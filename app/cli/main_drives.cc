@@ -24,6 +24,7 @@
 
 #include "app/cli/help_formatter.h"
 #include "app/cli/man_page.h"
+#include "app/cli/named_files.h"
 #include "app/cli/version.h"
 #include "core/config.h"
 #include "core/machine.h"
@@ -264,7 +265,7 @@ int main(int argc, char** argv) {
       "ports\n"
       "and pseudo-terminals, for rehearsals without a machine.\n"
       "Example: ip link add dev vcan0 type vcan; ip link set vcan0 up\n"
-      "         trunnion-drives --can vcan0 --machine configs/cradle_can.toml",
+      "         trunnion-drives --can vcan0 --machine cradle_can",
       "trunnion-drives"};
   app.set_version_flag("--version", trn::version_text("trunnion-drives"), "Print version and commit");
   app.formatter(std::make_shared<trn::HelpFormatter>());
@@ -275,7 +276,7 @@ int main(int argc, char** argv) {
                         })
       ->group("");  // for the packages
   trn::Options options;
-  app.add_option("--machine", options.machine, "Config of the machine (configs/X.toml)")->required();
+  app.add_option("--machine", options.machine, trn::kMachineOption)->required();
   app.add_option("--can", options.interfaces,
                  "Interfaces, one for each bus of the config, instead of those it names");
   app.add_option("--faults", options.faults,
@@ -287,6 +288,7 @@ int main(int argc, char** argv) {
   app.add_option("--without", options.without, "Node ids that somebody else plays");
   app.add_option("--priority", options.priority, "SCHED_FIFO priority; 0: none")->check(CLI::Range(0, 98));
   app.footer("Exit codes: 0 ended by a signal, 3 bad config or script, 4 no such interface, 5 usage.");
+  trn::take_machine_names(app);
   try {
     app.parse(argc, argv);
     trn::run(options);

@@ -247,7 +247,7 @@ CLI::App& add_one(CLI::App& parent, const char* name, const char* words,
   command.option_defaults()->always_capture_default();
   command
       .add_option("--machine", options->machine,
-                  "machine config (.toml) with a section [corrections.deflection]")
+                  "the machine by its name, or its config (.toml), with a section [corrections.deflection]")
       ->required();
   command.add_option(
       "--seed", options->seed,

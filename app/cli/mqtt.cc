@@ -60,7 +60,9 @@ Exit publish(MqttOptions& options) {
 void add_mqtt(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<MqttOptions>();
   CLI::App* command = app.add_subcommand("mqtt", "Tell the state of a daemon's machine to an MQTT broker");
-  command->add_option("--machine", options->machine, "Config of the machine whose daemon runs")
+  command
+      ->add_option("--machine", options->machine,
+                   "The machine whose daemon runs, by its name, or its config (.toml)")
       ->envname("TRUNNION_MACHINE")
       ->required();
   command->add_option("--broker", options->broker, "HOST or HOST:PORT; ports 1883, with TLS 8883")

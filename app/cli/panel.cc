@@ -197,7 +197,9 @@ void add_panel(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<PanelOptions>();
   CLI::App* command =
       app.add_subcommand("panel", "Serve the operator's page of a daemon's machine to a browser");
-  command->add_option("--machine", options->machine, "config of the machine whose daemon runs")
+  command
+      ->add_option("--machine", options->machine,
+                   "the machine whose daemon runs, by its name, or its config (.toml)")
       ->envname("TRUNNION_MACHINE");
   command
       ->add_option(

@@ -12,6 +12,7 @@
 
 #include "app/cli/browser.h"
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/cli/run_inputs.h"
 #include "app/cli/run_page.h"
 #include "app/lab/plan_preview.h"
@@ -298,9 +299,11 @@ void add_run(CLI::App& app, Exit& exit) {
                          "Run a program on simulated drives, faster than real time, and tell how it went. "
                          "The program is checked to its end first. With an error in it nothing moves.");
   command->add_option("program", options->program, "G-code file; or an example by its name: impeller");
-  command->add_option("--machine", options->machine,
-                      "the machine's config (.toml). Without it, the program's first lines name it, relative "
-                      "to the program's folder: (machine: ../configs/mill.toml; tools: tools.tbl)");
+  command->add_option(
+      "--machine", options->machine,
+      "the machine by its name, as mill, or its config (.toml). Without it, the program's first "
+      "lines name it: (machine: mill), or a file relative to the program's folder: (machine: "
+      "../configs/mill.toml; tools: tools.tbl)");
   command->add_option("--project", options->project,
                       "the project's folder, which run.sh gives. Files that are not here are looked for "
                       "there. Without a program its impeller is run, without a machine its cradle");

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/cli/named_files.h"
 #include "core/letter_case.h"
 #include "interp/gcode/error.h"
 #include "interp/move.h"
@@ -111,12 +112,22 @@ void read_head(RunInputs& inputs) {
   if (!is_file(inputs.program)) return;  // a pipe is read once, by the interpreter
   std::ifstream in(inputs.program, std::ios::binary);
   const fs::path folder = fs::path(inputs.program).parent_path();
+  // "(machine: mill)", and in capitals where the whole program is.
+  const auto machine_of = [&](const HeadValue& found) -> std::string {
+    const std::string name(trimmed(std::string_view(found.unusable).substr(0, found.unusable.find(','))));
+    for (const std::string& spelled : {name, lower_case(name)})
+      if (const auto file = machine_of_name(spelled, folder)) return *file;
+    return "";
+  };
   const auto take = [&](std::string_view line, int number, std::string_view key, std::string_view ending,
                         std::string& to) {
     if (!to.empty()) return;
     const HeadValue found = value_in(line, key, ending);
-    if (!found.value.empty()) to = (folder / found.value).lexically_normal().string();
-    if (found.value.empty() && found.column > 0)
+    if (!found.value.empty())
+      to = (folder / found.value).lexically_normal().string();
+    else if (key == "machine")
+      to = machine_of(found);
+    if (to.empty() && found.column > 0)
       inputs.remarks.push_back(fmt::format("{}:{}:{}: warning: '{}:' names no {} file: '{}'", inputs.program,
                                            number, found.column, key, ending, found.unusable));
   };
@@ -160,18 +171,6 @@ void check_inputs(const RunInputs& inputs) {
   // A program that is not there could have named no machine.
   check_program_file(inputs.program);
   throw CLI::RequiredError("--machine, or a comment (machine: FILE.toml) in the program's first lines,");
-}
-
-std::string with_examples(const std::string& program) {
-  if (program.empty() || program.find('/') != std::string::npos) return program;
-  std::error_code none;
-  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
-  for (const char* folder : {"../share/trunnion/examples", "../../examples"}) {
-    const std::filesystem::path found = (here / folder / (program + ".ngc")).lexically_normal();
-    if (!std::filesystem::exists(program, none) && std::filesystem::is_regular_file(found, none))
-      return found;
-  }
-  return program;
 }
 
 }  // namespace trn

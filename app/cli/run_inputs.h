@@ -16,14 +16,11 @@ struct RunInputs {
 /// without a program its impeller runs, without a machine its cradle.
 ///
 /// Machine and tools may also stand in a comment of the program's first lines, relative to its folder:
-/// "(machine: ../configs/mill.toml; tools: tools.tbl)". They count where the command line names none.
+/// "(machine: ../configs/mill.toml; tools: tools.tbl)", or "(machine: mill)". They count where the command
+/// line names none.
 RunInputs complete_inputs(RunInputs given, const std::string& project);
 
 /// Tells the remarks. ProgramError or CLI::RequiredError if the program is no file, or no machine is named.
 void check_inputs(const RunInputs& inputs);
-
-/// An example by its name alone, "impeller", as the file that it is, in the source or where this program is
-/// installed; any other text as it is.
-std::string with_examples(const std::string& program);
 
 }  // namespace trn

@@ -16,6 +16,7 @@
 
 #include "app/cli/client_line.h"
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/client/access_config.h"
 #include "app/client/scope_client.h"
 #include "app/lab/scope_files.h"

@@ -10,6 +10,7 @@
 
 #include "app/cli/client_line.h"
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/client/command_client.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/assembly.h"

@@ -14,6 +14,7 @@
 #include "app/cli/client_line.h"
 #include "app/cli/client_session.h"
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/client/access_config.h"
 #include "app/client/command_client.h"
 #include "app/client/scope_client.h"
@@ -215,8 +216,8 @@ Exit tune(const TuneOptions& options) {
   if (options.shake && !options.emulated)
     throw CLI::ValidationError("--shake",
                                "a daemon tells its drives no torque for others; only --emulated shakes");
-  if (options.emulated) {
-    Assembly assembly = assemble(options.machine);
+  if (options.emulated) {  // a name is no daemon's then
+    Assembly assembly = assemble(machine_of_name(options.machine).value_or(options.machine));
     const auto told = assembly.machine.root.table_if("feed_forward");
     if (options.shake && !(told && told->boolean("torque", true)))
       throw CLI::ValidationError("--shake",

@@ -123,9 +123,10 @@ std::string usage_text(const CLI::App& app, const CLI::ParseError& error,
   if (const auto unknown = unknown_word(app, words)) return *unknown;
   const CLI::App& command = command_of(app, words);
   const std::string name = name_of(command);
-  if (!shown_commands(command).empty())
+  const std::string said = error.what();
+  if (!shown_commands(command).empty() && said.find("subcommand") != std::string::npos)
     return fmt::format("'{}' needs a command\n\n{}", name, command.help(name.substr(0, name.rfind(' '))));
-  return fmt::format("{}\n'{} --help' explains this command\n", in_plain_words(error.what()), name);
+  return fmt::format("{}\n'{} --help' explains this command\n", in_plain_words(said), name);
 }
 
 }  // namespace trn

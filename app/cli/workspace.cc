@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/lab/text_file.h"
 #include "app/lab/workspace_svg.h"
 #include "app/session/assembly.h"
@@ -33,7 +34,7 @@ constexpr const char kWorkspaceFooter[] =
     "the radian); 0 is singular, and a five-axis machine is, upright.\n"
     "Speed gain: mm/s of the fastest linear joint per mm/s of the tip. Values are those of the worst "
     "direction.\n"
-    "Example: trunnion workspace --machine configs/hexapod.toml --svg hexapod.svg --csv hexapod.csv\n";
+    "Example: trunnion workspace --machine hexapod --svg hexapod.svg --csv hexapod.csv\n";
 
 /// What a survey says of one tilt.
 struct TiltSummary {
@@ -128,7 +129,7 @@ void add_workspace(CLI::App& app, Exit& exit) {
   auto files = std::make_shared<WorkspaceFiles>();
   CLI::App* command = app.add_subcommand(
       "workspace", "Tell what a machine reaches, how fast, and how well conditioned it is there");
-  command->add_option("--machine,-m", files->machine, "machine config (.toml)")->required();
+  command->add_option("--machine,-m", files->machine, kMachineOption)->required();
   command->add_option("--svg", files->svg, "write a picture: sections through home");
   command->add_option("--csv", files->csv, "write every place sampled");
   command->add_option("--tool-length", files->options.tool_length_mm, "mm from gauge point to tip")

@@ -2,8 +2,9 @@
 """usage: run_inputs.py TRUNNION SOURCE
 
 What `trunnion run` is given: a program that is not there, the comment that names machine and tools in any of the forms
-in which people write it, and files that cannot be written.
+in which people write it, a machine by its name, and files that cannot be written.
 """
+import os
 import pathlib
 import shutil
 import subprocess
@@ -28,9 +29,9 @@ class RunInputs(unittest.TestCase):
         (self.folder / "part.ngc").write_text(text, encoding="ascii")
         return self.trunnion("run", "part.ngc", *options)
 
-    def trunnion(self, *words):
+    def trunnion(self, *words, **environment):
         return subprocess.run([BINARY, *words], capture_output=True, text=True, check=False, cwd=self.folder,
-                              timeout=120)
+                              timeout=120, env={**os.environ, **environment})
 
     def test_the_comment_in_its_forms(self):
         for head, machine, tools in (("(machine: x.toml)", "x.toml", ""), ("(MACHINE: x.toml)", "x.toml", ""),
@@ -55,6 +56,54 @@ class RunInputs(unittest.TestCase):
         for text, options in (("(machine: Haas VF2)\n", ["--machine", "x.toml"]),
                               ("(zero of the machine: corner)\n(machine: x.toml)\n", [])):
             self.assertNotIn("names no", self.run_program(text + PROGRAM, *options).stderr)
+
+    def named(self, name, *options):
+        """The config that `--machine NAME` is, with the folder's own in front of those that come with Trunnion."""
+        done = self.run_program("G21\n" + PROGRAM, "--files", "--machine", name, *options)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), name)
+        return done.stdout.splitlines()[1]
+
+    def test_a_machine_by_its_name(self):
+        shipped = pathlib.Path(self.named("hexapod"))
+        self.assertTrue(shipped.is_absolute() and shipped.is_file(), shipped)
+        self.assertEqual(shipped.name, "hexapod.toml")
+        (self.folder / "configs").mkdir()
+        (self.folder / "configs/hexapod.toml").write_text("# my own", encoding="ascii")
+        self.assertEqual(self.named("hexapod"), "configs/hexapod.toml")
+        self.assertEqual(self.named("x"), "x.toml")
+        (self.folder / "lathe").mkdir()  # as `import` leaves it
+        (self.folder / "lathe/lathe.toml").write_text("# imported", encoding="ascii")
+        self.assertEqual(self.named("lathe"), "lathe/lathe.toml")
+        (self.folder / "lathe.toml").mkdir()  # no file
+        self.assertEqual(self.named("lathe"), "lathe/lathe.toml")
+        (self.folder / "bare").write_text("# a config without an ending", encoding="ascii")
+        self.assertEqual(self.named("bare"), "bare")
+        for path in ("./hexapod", "hexapod.tom", "configs/hexapod"):  # no names
+            self.assertEqual(self.named(path), path)
+
+    def test_a_machine_by_its_name_in_the_comment(self):
+        for head in ("(machine: x)", "(MACHINE: X)", "(machine: x, mine)", "; machine: x; tools: t.tbl"):
+            done = self.run_program(head + "\n" + PROGRAM, "--files")
+            self.assertEqual((done.returncode, done.stderr), (0, ""), head)
+            self.assertEqual(done.stdout.splitlines()[1], "x.toml", head)
+        (self.folder / "jobs").mkdir()  # relative to the program
+        shutil.copy(self.folder / "x.toml", self.folder / "jobs/y.toml")
+        (self.folder / "jobs/y.ngc").write_text("(machine: y)\n" + PROGRAM, encoding="ascii")
+        self.assertEqual(self.trunnion("run", "jobs/y.ngc", "--files").stdout.splitlines()[1], "jobs/y.toml")
+
+    def test_a_name_that_no_machine_has(self):
+        for command in (["run", "part.ngc"], ["daemon"], ["workspace"], ["kin", "words"], ["panel"], ["io"]):
+            done = self.trunnion(*command, "--machine", "hexapot")
+            self.assertEqual((done.returncode, done.stdout), (5, ""), command)
+            self.assertIn("--machine: no machine has the name 'hexapot'; did you mean 'hexapod'? Known: ", done.stderr)
+            self.assertIn(", hexapod, ", done.stderr)
+        # The page needs a config, also where the environment names the machine for all commands.
+        done = self.trunnion("panel", TRUNNION_MACHINE="hexapot")
+        self.assertEqual(done.returncode, 5)
+        self.assertIn("no machine has the name 'hexapot'", done.stderr)
+        # A client asks for a daemon of that name, and what writes a config wants to be told the file.
+        self.assertNotIn("did you mean", self.trunnion("status", "--machine", "hexapot").stderr)
+        self.assertEqual(self.trunnion("commission", "--machine", "hexapod").returncode, 5)
 
     def test_a_program_that_is_none(self):
         for program, why in (("nothing.ngc", "No such file or directory"), (".", "it is a folder")):
