@@ -54,6 +54,7 @@ void SimulatedDrives::request_home(unsigned joint_mask) TRN_RT {
 }
 
 void SimulatedDrives::quick_stop() TRN_RT {
+  enable_asked_.store(false);  // by a bring-up that began before
   for (SimulatedJoint& joint : joints_) joint.quick_stop();
 }
 

@@ -364,19 +364,28 @@ void MachineController::bring_up(bool reset_faults) {
     for (const std::string& warning : parts_.drives.warnings()) spdlog::warn("{}", warning);
   };
   ++jobs_;
-  drive_worker_.post([this, prepare] {
+  drive_worker_.post([this, prepare, generation = generation_.load()] {
     std::string error;
     try {
       prepare();
     } catch (const std::exception& failure) {
       error = failure.what();
     }
-    return Worker::Done([this, error] {
+    return Worker::Done([this, error, generation] {
       --jobs_;
+      if (!error.empty()) spdlog::error("the drives do not come up: {}", error);
+      const MachineState now = supervisor_.state();
+      if (generation != generation_) {
+        // Stopped meanwhile. What came up all the same goes down again; behind another reset it may come up.
+        last_posted_ = {};
+        const bool estop = now == MachineState::kEstop;
+        if (now != MachineState::kStarting)
+          post({estop ? RtCommand::Kind::kEmergencyStop : RtCommand::Kind::kQuickStop});
+        return;
+      }
       status_.message = bring_up_error_ = error;
-      if (error.empty()) return post({RtCommand::Kind::kResetFault});
-      spdlog::error("the drives do not come up: {}", error);
-      machine_event(Event::kStartFailed);
+      if (!error.empty()) return machine_event(Event::kStartFailed);
+      if (now == MachineState::kStarting) post({RtCommand::Kind::kResetFault});
     });
   });
 }
@@ -489,6 +498,8 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
 }
 
 void MachineController::fault_event(Fault fault) {
+  // The echo of what was commanded here. It may come when a reset has followed already.
+  if (fault == Fault::kEmergencyStop) return;
   const Reaction reaction = fault_info(fault).reaction;
   // Pressed is the same as commanded.
   if (fault == Fault::kEmergencyInput) return machine_event(Event::kEstop);

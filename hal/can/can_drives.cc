@@ -16,6 +16,7 @@
 #include "hal/can/cia402_axis.h"
 #include "hal/can/frame.h"
 #include "hal/can/gantry.h"
+#include "hal/drive_requests.h"
 #include "hal/drive_severity.h"
 
 namespace trn {
@@ -209,11 +210,12 @@ void CanDrives::finish(const std::vector<NodeLink*>& nodes, const std::vector<No
 }
 
 void CanDrives::bring_up() {
+  requests_.fetch_or(kComingUp);
   wait_for_brakes();
   // All interfaces first: a second one that is missing must be told before drives of the first are under way.
   for (auto& bus : buses_) open(*bus);
   for (auto& bus : buses_) set_up(*bus);
-  requests_.fetch_or(kEnable);
+  ask_unless_stopped(requests_, kEnable);
 }
 
 void CanDrives::reset_faults() {
@@ -297,7 +299,7 @@ void CanDrives::step_nodes(const Setpoints& setpoints) TRN_RT {
 }
 
 void CanDrives::take_requests() TRN_RT {
-  const unsigned requests = requests_.exchange(0, std::memory_order_acq_rel);
+  const unsigned requests = take_asked(requests_);
   if (requests == 0) return;
   for (auto& bus : buses_) {
     if (requests & (kReset | kDisable)) waiting_homes_ = 0;
@@ -337,6 +339,7 @@ void CanDrives::home_next() TRN_RT {
 }
 
 void CanDrives::quick_stop() TRN_RT {
+  take_back(requests_, kEnable);
   waiting_homes_ = 0;
   for (auto& bus : buses_)
     for (NodeLink& node : bus->master->nodes()) node.axis().quick_stop();

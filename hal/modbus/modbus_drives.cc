@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/check.h"
+#include "hal/drive_requests.h"
 #include "hal/drive_severity.h"
 
 namespace trn {
@@ -54,12 +55,13 @@ void ModbusDrives::stop(Line& line) {
 
 // A line on which all is well goes on: its drives may be enabled, and must not miss a period.
 void ModbusDrives::bring_up() {
+  requests_.fetch_or(kComingUp);
   for (std::size_t line = 0; line < lines_.size(); ++line)
     if (std::any_of(axes_.begin(), axes_.end(), [&](const auto& axis) {
           return axis->config.line == line && axis->needs_setup.load(std::memory_order_acquire);
         }))
       set_up(line);
-  requests_.fetch_or(kEnable);
+  ask_unless_stopped(requests_, kEnable);
 }
 
 void ModbusDrives::set_up(std::size_t line) {
@@ -131,7 +133,7 @@ void ModbusDrives::turn(ModbusLink& link, Axis& axis) {
 }
 
 void ModbusDrives::take_requests() TRN_RT {
-  const unsigned requests = requests_.exchange(0, std::memory_order_acq_rel);
+  const unsigned requests = take_asked(requests_);
   for (auto& axis : axes_) {
     if (requests & kReset) {
       axis->drive.reset();
@@ -200,6 +202,7 @@ void ModbusDrives::request_home(unsigned joint_mask) TRN_RT {
 }
 
 void ModbusDrives::quick_stop() TRN_RT {
+  take_back(requests_, kEnable);
   for (auto& axis : axes_) axis->drive.quick_stop();
 }
 

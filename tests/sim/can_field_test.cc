@@ -123,6 +123,23 @@ void stop_as_the_tick_would(Field& field) {
   if (fault_info(field.feedback.fault).reaction == Reaction::kQuickStop) field.drives.quick_stop();
 }
 
+// Its questions and answers have taken the time; the power would come with the next period.
+TEST(BringUp, AQuickStopTakesItBack) {
+  Field field("cradle_can.toml");
+  for (const bool again : {false, true}) {
+    again ? field.reset() : field.drives.bring_up();
+    field.drives.quick_stop();
+    for (int i = 0; i < 1000; ++i) {
+      field.tick();
+      ASSERT_NE(field.feedback.state, DriveState::kEnabled) << i;
+      for (int k = 0; k < 5; ++k) ASSERT_NE(field.node(k).drive().joint().state(), DriveState::kEnabled) << i;
+    }
+    EXPECT_EQ(field.feedback.fault, Fault::kOk) << field.drives.explain_fault(-1);
+  }
+  field.reset();
+  ASSERT_GE(field.until([&] { return field.enabled(); }, 1000), 0) << field.drives.explain_fault(-1);
+}
+
 TEST_P(FaultTable, IsSeenInTimeStopsAndRecovers) {
   const Row& row = GetParam();
   Field field("cradle_can.toml");

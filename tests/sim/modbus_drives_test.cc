@@ -219,6 +219,16 @@ TEST_P(Indexer, ASilentDriveIsLostAndComesBackWithItsPosition) {
   EXPECT_TRUE(stands_at(20, 1.0));
 }
 
+TEST_P(Indexer, AQuickStopTakesABringUpBack) {
+  drives->bring_up();
+  drives->quick_stop();
+  for (int i = 0; i < 100; ++i) {
+    tick();
+    ASSERT_FALSE(enabled()) << i;
+  }
+  start();
+}
+
 TEST_P(Indexer, AFaultOfTheDriveIsToldAndReset) {
   start();
   field->drive(0).fail(0x2310);

@@ -127,6 +127,18 @@ TEST(SimulatedDrives, QuickStopBrakesByItsRampThenDisables) {
   EXPECT_EQ(bench.feedback.q[0], rest) << "disabled drives hold";
 }
 
+TEST(SimulatedDrives, AQuickStopTakesABringUpBack) {
+  Bench bench("");
+  bench.drives.bring_up();
+  bench.drives.quick_stop();
+  for (int i = 0; i < 500; ++i) {
+    bench.run(1);
+    ASSERT_EQ(bench.feedback.state, DriveState::kOff) << i;
+  }
+  bench.enable();
+  EXPECT_EQ(bench.feedback.state, DriveState::kEnabled);
+}
+
 TEST(SimulatedDrives, HomingFindsTheTruePositionFromEitherSideOfTheSwitch) {
   for (const char* start : {"start_mm = 31.0", "start_mm = -7.5"}) {
     Bench bench(std::string("homed = false\n[[drives.joint]]\nname = \"X\"\nhome_mm = 3.0\n") + start);

@@ -25,6 +25,7 @@ constexpr std::int64_t kStopNs = 20 * kMillisecond;
 // follows.
 constexpr double kBrake_s = 0.15;
 constexpr double kStands = 1e-4, kBegins_mm = 0.1, kFallen = 0.5;
+constexpr int kPower = 500;              // periods: a drive on CAN has braked and is off
 constexpr int kFalls = 60, kCalm = 100;  // periods: a brake closes within, and what was broken is forgotten
 
 }  // namespace
@@ -40,6 +41,7 @@ WatchedDrives::WatchedDrives(Drives& inner, const Machine& machine, Harm& harm)
       brake_periods_(static_cast<std::uint64_t>(std::ceil(kBrake_s / machine.period_s))) {}
 
 void WatchedDrives::bring_up() {
+  since_stop_ = -1;
   if (!harm_.one_thread()) return inner_.bring_up();
   asked_ = true;
   while (asked_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -86,11 +88,22 @@ void WatchedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) noe
   judge_stop(feedback);
   judge_rest(feedback);
   judge_fall(feedback.state);
+  judge_power(feedback.state);
   q_before_ = q_last_;
   q_last_ = feedback.q;
   const JointVec places = harm_.places();
   stands_ = (places - place_last_).cwiseAbs().maxCoeff() < kStands;
   place_last_ = places;
+}
+
+// Also where a bring-up was under way when the stop came.
+void WatchedDrives::judge_power(DriveState state) {
+  if (harm_.acted()) since_stop_ = -1;
+  if (since_stop_ < 0 || ++since_stop_ < kPower || state != DriveState::kEnabled) return;
+  Chronicle::finding("no power",
+                     fmt::format("{} periods after a quick stop the drives are on, and nobody has brought "
+                                 "them up since",
+                                 since_stop_.load()));
 }
 
 // A drive that has just been enabled obeys the next setpoint: that one begins where the joint stands.
@@ -156,6 +169,7 @@ void WatchedDrives::expect_stop() {
 void WatchedDrives::quick_stop() noexcept {
   if (stopped_at_ == 0) stopped_at_ = period_;
   stop_due_ns_ = 0;
+  since_stop_ = 0;
   inner_.quick_stop();
 }
 

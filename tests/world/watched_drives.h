@@ -43,6 +43,7 @@ class WatchedDrives final : public Drives {
   void judge_stop(const Feedback& feedback);
   void judge_rest(const Feedback& feedback);
   void judge_fall(DriveState state);
+  void judge_power(DriveState state);
 
   Drives& inner_;
   const Machine& machine_;
@@ -51,6 +52,7 @@ class WatchedDrives final : public Drives {
   std::uint64_t period_ = 0, obeyed_ = 0;
   std::int64_t stop_due_ns_ = 0, stop_held_ns_ = 0;  ///< 0: none is due
   std::uint64_t stopped_at_ = 0;                     ///< period of the quick stop that is not over; 0: none
+  std::atomic<int> since_stop_ = -1;  ///< periods since a quick stop behind which nobody has brought them up
   bool was_enabled_ = false;
   JointVec q_last_, q_before_;                  ///< as the drives told it in the last two periods
   JointVec place_last_;                         ///< as it is
