@@ -20,6 +20,13 @@ Machine client_machine(const std::string& machine, const std::string& key_file) 
   return read_machine(load_config(is_file ? machine : config_of_daemon(machine)));
 }
 
+void add_timeout(CLI::App& client, double& timeout_s) {
+  client.add_option("--timeout", timeout_s, "Seconds to wait for the daemon's first answer")
+      ->envname("TRUNNION_TIMEOUT")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
 CommandClient make_client(const Machine& machine, const std::string& key_file, double timeout_s) {
   const LcmConfig names = read_lcm(machine.root, machine.name);
   if (key_file.empty()) return CommandClient({names, read_access(machine.root), timeout_s});

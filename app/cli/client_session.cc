@@ -194,9 +194,7 @@ CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOpti
                      std::function<Exit(const ClientOptions&)> work) {
   CLI::App* client = app.add_subcommand(name, help);
   client->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
-  client->add_option("--timeout", options->timeout_s, "Seconds to wait for the daemon's first answer")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_timeout(*client, options->timeout_s);
   client->add_option("--remote", options->remote, kRemoteHelp);
   client->footer(
       "Exit codes: 0 done, 2 bad program, 3 bad config, 4 fault, no daemon, or stopped by another client,\n"

@@ -20,7 +20,7 @@ namespace trn {
 struct ClientOptions {
   std::string machine;
   std::string remote;  // file of a private key; empty: the daemon's socket
-  double timeout_s = 2;
+  double timeout_s = kTimeout_s;
   bool wait = false;
   double patience_s = 3600;
   bool json = false;

@@ -14,11 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_a_file(const fs::path& path) {
-  std::error_code none;
-  return fs::is_regular_file(path, none);
-}
-
 // Where a folder of the source is while one works in it, and where it is once installed.
 std::vector<fs::path> shipped(const char* folder) {
   std::error_code none;
@@ -44,26 +39,33 @@ std::string find_machine(std::string& given) {
   }
   const std::vector<std::string> names = machine_names();
   const std::string near = nearest_word(given, names);
+  if (names.empty())
+    return fmt::format("no machine has the name '{}'; give a config: --machine FILE.toml", given);
   return fmt::format("no machine has the name '{}'{} Known: {}; or give a config: --machine FILE.toml", given,
                      near.empty() ? "." : fmt::format("; did you mean '{}'?", near), fmt::join(names, ", "));
 }
 
 }  // namespace
 
+bool is_file(const fs::path& path) {
+  std::error_code none;
+  return fs::is_regular_file(path, none);
+}
+
 std::string with_examples(const std::string& program) {
   std::error_code none;
   if (program.empty() || program.find('/') != std::string::npos || fs::exists(program, none)) return program;
   for (const fs::path& folder : shipped("examples"))
-    if (is_a_file(folder / (program + ".ngc"))) return folder / (program + ".ngc");
+    if (is_file(folder / (program + ".ngc"))) return folder / (program + ".ngc");
   return program;
 }
 
 std::optional<std::string> machine_of_name(const std::string& name, const fs::path& folder) {
   if (name.empty() || name.find_first_of("/.") != std::string::npos) return std::nullopt;
   const std::string file = name + ".toml";
-  if (is_a_file(folder / name / file)) return folder / name / file;
+  if (is_file(folder / name / file)) return folder / name / file;
   for (const fs::path& place : machine_folders(folder))
-    if (is_a_file(place / file)) return place / file;
+    if (is_file(place / file)) return place / file;
   return std::nullopt;
 }
 

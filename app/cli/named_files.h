@@ -14,6 +14,9 @@ inline constexpr const char* kMachineOption = "The machine by its name, as mill,
 inline constexpr const char* kMachineHelp =
     "The machine whose daemon is asked, by its name, or its config (.toml); default: the one that runs here";
 
+/// A regular file is there, or a link to one; never an error.
+bool is_file(const std::filesystem::path& path);
+
 /// An example by its name alone, "impeller", as the file that it is, in the source or where this program is
 /// installed; any other text as it is.
 std::string with_examples(const std::string& program);

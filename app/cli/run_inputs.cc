@@ -24,11 +24,6 @@ namespace fs = std::filesystem;
 constexpr int kHeadLines = 20;
 constexpr std::size_t kLineMax = 1000;
 
-bool is_file(const fs::path& path) {
-  std::error_code none;
-  return fs::is_regular_file(path, none);
-}
-
 // The first of the places that is a file; else the path as it was given.
 std::string first_file(const std::string& given, const std::vector<fs::path>& places) {
   std::error_code none;

@@ -38,7 +38,7 @@ constexpr auto kRedraw = std::chrono::seconds(1);
 struct ScopeOptions {
   std::vector<std::string> signals;
   std::string machine, trigger, csv, svg, lcm, read;
-  double timeout_s = 2, seconds = 1, before_s = 0, patience_s = 3600;
+  double timeout_s = kTimeout_s, seconds = 1, before_s = 0, patience_s = 3600;
   bool list = false, rolling = false, json = false;
 };
 
@@ -300,9 +300,7 @@ void add_scope(CLI::App& app, Exit& exit) {
   command->add_option("--lcm", options->lcm, "write a log of LCM (scope_data_t)");
   command->add_option("--read", options->read, "instead of a daemon: a table that --csv or a fault wrote");
   command->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
-  command->add_option("--timeout", options->timeout_s, "seconds to wait for the daemon's answer")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_timeout(*command, options->timeout_s);
   command->add_option("--patience", options->patience_s, "seconds to wait for the trigger and the end")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

@@ -20,11 +20,9 @@ namespace trn {
 
 namespace {
 
-constexpr double kTimeoutS = 2;
-
 struct SensorOptions {
   std::string machine, remote, name;
-  double value = 0, every_s = 0;
+  double value = 0, every_s = 0, timeout_s = kTimeout_s;
 };
 
 Exit send_reading(const SensorOptions& options) {
@@ -34,7 +32,7 @@ Exit send_reading(const SensorOptions& options) {
     throw CLI::ValidationError(
         "name", fmt::format("no correction asks for a sensor '{}'; they ask for: {}", options.name,
                             names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
-  CommandClient client = make_client(machine, options.remote, kTimeoutS);
+  CommandClient client = make_client(machine, options.remote, options.timeout_s);
   trunnion::sensor_t reading;
   reading.count = 1;
   reading.name = {options.name};
@@ -57,6 +55,7 @@ void add_sensor(CLI::App& app, Exit& exit) {
   command->add_option("value", options->value, "temperature in degrees Celsius")->required();
   command->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
   command->add_option("--remote", options->remote, kRemoteHelp);
+  add_timeout(*command, options->timeout_s);
   command->add_option("--every", options->every_s, "go on, with one reading every so many seconds")
       ->check(CLI::PositiveNumber);
   command->callback([options, &exit] { exit = send_reading(*options); });

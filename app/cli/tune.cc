@@ -45,7 +45,7 @@ constexpr double kSettleS = 0.15;  // behind a stroke
 
 struct TuneOptions {
   std::string joint, machine, write, svg;
-  double length = 0, percent = 60, timeout_s = 2, cogging = 0;
+  double length = 0, percent = 60, timeout_s = kTimeout_s, cogging = 0;
   bool emulated = false, yes = false, json = false, shake = false;
 };
 
@@ -273,9 +273,7 @@ void add_tune(CLI::App& app, Exit& exit) {
   command->add_flag("--yes", options->yes, "do not ask");
   command->add_flag("--json", options->json, "the result as JSON");
   command->add_option("--machine,-m", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
-  command->add_option("--timeout", options->timeout_s, "seconds to wait for the daemon's answer")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_timeout(*command, options->timeout_s);
   command->footer(kTuneFooter);
   command->callback([options, &exit] {
     try {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <string>
 #include <string_view>
@@ -50,7 +51,7 @@ bool begins_with_number(const std::string& text) {
 }
 
 // "percent: Value 500 not in range 0.000000 to 200.000000", and what else CLI11 says in its own way.
-std::string in_plain_words(std::string text) {
+std::string in_plain_words(std::string text, bool above_zero) {
   const auto split = [&text](std::string_view at) {
     const std::size_t found = text.find(at);
     if (found == std::string::npos) return std::string();
@@ -60,8 +61,9 @@ std::string in_plain_words(std::string text) {
   };
   if (const std::string range = split(" not in range "); !range.empty()) {
     const double low = std::stod(range), high = std::stod(range.substr(range.find(" to ") + 4));
-    const std::string legal = high > kNoBound ? fmt::format("{:g} or more is legal", low)
-                                              : fmt::format("{:g} to {:g} is legal", low, high);
+    std::string legal = high > kNoBound ? fmt::format("{:g} or more is legal", low)
+                                        : fmt::format("{:g} to {:g} is legal", low, high);
+    if (above_zero) legal = "more than 0 is legal";
     const std::size_t value = text.find(": Value ");
     if (value != std::string::npos && !begins_with_number(text.substr(value + 8)))
       return fmt::format("{}: '{}' is no number; {}", text.substr(0, value), text.substr(value + 8), legal);
@@ -73,6 +75,23 @@ std::string in_plain_words(std::string text) {
                        CLI::detail::find_and_replace(choices.substr(0, choices.find('}')), ",", ", "));
   if (text.ends_with(" missing") && !split(": 1 required").empty()) return text + " needs a value";
   return text;
+}
+
+bool from_environment(const CLI::Option& option, const std::vector<std::string>& words) {
+  if (option.get_envname().empty() || !std::getenv(option.get_envname().c_str())) return false;
+  return std::none_of(words.begin(), words.end(), [&](const std::string& word) {
+    return option.check_name(word.substr(0, word.find('=')));
+  });
+}
+
+// The text begins with the option's name.
+std::string wrong_value(const CLI::App& command, const std::string& text,
+                        const std::vector<std::string>& words) {
+  const CLI::Option* option = command.get_option_no_throw(text.substr(0, text.find(':')));
+  const bool above_zero = option && option->get_type_name().find("POSITIVE") != std::string::npos;
+  const std::string plain = in_plain_words(text, above_zero);
+  if (!option || !from_environment(*option, words)) return plain;
+  return fmt::format("{}\nThe environment variable {} gives this value", plain, option->get_envname());
 }
 
 bool is_number(const std::string& word) { return word.find_first_of("0123456789.") == 1; }
@@ -126,7 +145,7 @@ std::string usage_text(const CLI::App& app, const CLI::ParseError& error,
   const std::string said = error.what();
   if (!shown_commands(command).empty() && said.find("subcommand") != std::string::npos)
     return fmt::format("'{}' needs a command\n\n{}", name, command.help(name.substr(0, name.rfind(' '))));
-  return fmt::format("{}\n'{} --help' explains this command\n", in_plain_words(said), name);
+  return fmt::format("{}\n'{} --help' explains this command\n", wrong_value(command, said, words), name);
 }
 
 }  // namespace trn

@@ -83,7 +83,7 @@ class Page:
         runtime = os.path.join(folder, "r")
         os.makedirs(runtime, mode=0o700)
         self.environment = dict(os.environ, PATH=os.path.join(folder, "bin") + ":" + os.environ["PATH"], HOME=folder,
-                                RUNTIME_DIRECTORY=runtime)
+                                RUNTIME_DIRECTORY=runtime, TRUNNION_TIMEOUT="20")
 
     def shell(self, command, state):
         """Exit code, output of a line; `state` keeps what the lines before have exported and their folder."""

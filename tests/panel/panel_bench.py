@@ -32,7 +32,7 @@ class PanelBench:
 
     def _environment(self):
         """Nothing of the caller's but the way to programs."""
-        out = {"PATH": os.environ["PATH"], "LANG": "C.UTF-8"}
+        out = {"PATH": os.environ["PATH"], "LANG": "C.UTF-8", "TRUNNION_TIMEOUT": "30"}
         for name in ("HOME", "TMPDIR", "XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_STATE_HOME",
                      "RUNTIME_DIRECTORY", "STATE_DIRECTORY"):
             out[name] = self.path(name.lower())

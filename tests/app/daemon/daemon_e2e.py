@@ -28,6 +28,7 @@ from own_network import enter_own_network  # noqa: E402
 from process_threads import threads_of  # noqa: E402
 
 BINARY, SOURCE, SANITIZED = "", "", False
+os.environ["TRUNNION_TIMEOUT"] = "60"  # a busy host is no silent daemon
 
 PROGRAM = """G21 G90 G94 G17
 G0 X0 Y0 Z50
@@ -156,8 +157,7 @@ class Bench:
             return file.read()
 
     def client(self, *arguments):
-        patience = () if "--timeout" in arguments else ("--timeout", "60")  # a busy host is no silent daemon
-        done = subprocess.run([BINARY, *arguments, *patience, "--machine", self.config], capture_output=True, text=True,
+        done = subprocess.run([BINARY, *arguments, "--machine", self.config], capture_output=True, text=True,
                               timeout=300)
         return done.returncode, done.stdout, done.stderr
 
@@ -443,7 +443,7 @@ class DaemonTest(unittest.TestCase):
 
     def test_a_client_waits_for_a_daemon_that_starts(self):
         with Bench() as bench:
-            late = subprocess.Popen([BINARY, "override", "42", "--timeout", "20", "--machine", bench.config])
+            late = subprocess.Popen([BINARY, "override", "42", "--machine", bench.config])
             time.sleep(0.5)  # nobody listens yet
             bench.start_daemon()
             self.assertEqual(late.wait(timeout=120), 0)

@@ -303,6 +303,25 @@ class OperatorTest(unittest.TestCase):
             shop.ask("mdi", "G0 X1 Z5", "--wait")  # it stands there already
             self.assertEqual(json.loads(shop.ask("status", "--json"))["state"], "idle")
 
+    def test_how_long_clients_wait_is_said_once_for_all(self):
+        def client(line, patience, *options):
+            return subprocess.run([BINARY, *line.split(), "--machine", shop.config, *options], text=True, timeout=120,
+                                  capture_output=True, env=dict(os.environ, TRUNNION_TIMEOUT=patience))
+
+        with Shop() as shop:
+            for line in ("status", "override 50", "scope X.measured"):
+                done = client(line, "0.25")
+                self.assertEqual((done.returncode, "within 0.25 s" in done.stderr), (4, True), done.stderr)
+            for value, why in (("soon", "'soon' is no number; more than 0 is legal"),
+                               ("0", "0 is out of range; more than 0 is legal")):
+                told = [f"--timeout: {why}", "The environment variable TRUNNION_TIMEOUT gives this value"]
+                done = client("status", value)
+                self.assertEqual((done.returncode, done.stderr.splitlines()[:2]), (5, told))
+                done = client("status", "60", "--timeout", value)
+                self.assertEqual((done.returncode, done.stderr.splitlines()[0]), (5, told[0]))
+                self.assertNotIn("environment", done.stderr)
+                self.assertIn("within 0.25 s", client("status", value, "--timeout", "0.25").stderr)
+
     def test_a_client_finds_its_daemon_and_tells_another_config(self):
         def client(*arguments, **environment):
             done = subprocess.run([BINARY, *arguments], capture_output=True, text=True, timeout=120,

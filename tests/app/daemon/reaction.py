@@ -119,8 +119,8 @@ def stops(bench, client, count, sequence):
     motion."""
     clocks, asked = [], []
     for i in range(count):
-        bench.ask("reset", "--wait", "--timeout", "60")
-        bench.ask("start", "--timeout", "60")
+        bench.ask("reset", "--wait")
+        bench.ask("start")
         bench.until(lambda s: s["state"] == "running", 60)
         packet = client.command(ESTOP, sequence + i, client=78, expires_us=clock_of_client(bench, i))
         clocks.append(Clocks(client))
@@ -138,7 +138,7 @@ def holds(bench, client, count, sequence):
     """(clocks, time of sending, period and place of a moment before it) of `count` holds in motion."""
     asked = []
     for i in range(count):
-        bench.ask("resume" if i else "start", "--timeout", "60")
+        bench.ask("resume" if i else "start")
         client.hear(0.01, "motion")
         while True:  # in the middle of a line, at its speed
             packet = client.command(HOLD, sequence + i, client=79, expires_us=clock_of_client(bench, i))
@@ -194,7 +194,7 @@ def main():
             bench.ask("stop", "--wait")
             with Flood(client, path):
                 held_flooded = holds(bench, client, count, 1000000)
-            bench.ask("stop", "--wait", "--timeout", "60")
+            bench.ask("stop", "--wait")
             bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
             bench.ask("estop")
             quiet = stops(bench, client, count, 1)
