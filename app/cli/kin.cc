@@ -51,6 +51,8 @@ constexpr const char kKinFooter[] =
     "With --words it speaks as a machinist does, mm and degrees, a line in and a line out:\n"
     "  forward   X=10 C=90   joints -> words, and where the tool is, seen from the work\n"
     "  inverse   X10 A30     words -> joints, and the same\n"
+    "What a line leaves out is 0; on a platform that cannot stand there, it is where the platform's home has "
+    "it.\n"
     "`kin words` needs no input: it says for every positive word which way the tool goes, to check `sense`.\n"
     "A pose that cannot be: {\"error\":\"unreachable|singular|limit\",\"message\":...}.\n"
     "A line that is not understood: {\"error\":\"bad_request\",\"line\":N,\"message\":...}.\n"

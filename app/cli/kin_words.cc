@@ -17,6 +17,7 @@
 #include "core/letter_case.h"
 #include "core/serial_branches.h"
 #include "core/units.h"
+#include "kinematics/platform_kinematics.h"
 
 namespace trn {
 
@@ -70,7 +71,24 @@ std::string iso_841_remark(const WordDirection& direction, const Machine& machin
 
 double kin_unit(const Joint& joint) { return joint.kind == JointKind::kRotary ? kRadPerDeg : 1; }
 
+std::string shown_words(const Words& words, unsigned mask) {
+  std::string out;
+  for (int i = kX; i <= kC; ++i)
+    if (mask >> i & 1u)
+      out +=
+          fmt::format(" {}{:g}", kWordLetters[i], shown_number(i <= kZ ? words[i] : deg_from_rad(words[i])));
+  return out;
+}
+
 }  // namespace
+
+KinWords::KinWords(const Machine& machine, const Kinematics& kinematics)
+    : machine_(machine), kinematics_(kinematics) {
+  JointVec q;
+  const auto* platform = dynamic_cast<const PlatformKinematics*>(&kinematics);
+  if (!platform || kinematics.joints_from_words(rest_, q) == KinStatus::kOk) return;
+  rest_.head<3>() = platform->spindle_from_platform(platform->home()).p;
+}
 
 // Where the gauge point is, and how the tool points, in the axes of a program.
 std::string KinWords::tip_text(const JointVec& q) const {
@@ -86,7 +104,9 @@ std::string KinWords::tip_text(const JointVec& q) const {
 std::string KinWords::forward(const std::string& line) const {
   std::vector<std::string> names;
   for (const Joint& joint : machine_.joints) names.push_back(joint.name);
-  JointVec q = JointVec::Zero(kinematics_.joint_count());
+  JointVec q;
+  if (kinematics_.joints_from_words(rest_, q) != KinStatus::kOk)
+    q = JointVec::Zero(kinematics_.joint_count());
   for (const std::string& item : kin_items(line)) {
     const std::size_t sign = item.find('=');
     const std::string name = item.substr(0, sign);
@@ -100,16 +120,11 @@ std::string KinWords::forward(const std::string& line) const {
   }
   Words words;
   if (kinematics_.words_from_joints(q, words) != KinStatus::kOk) return "no words lead there; " + tip_text(q);
-  std::string out = "words";
-  for (int i = kX; i <= kC; ++i)
-    if (kinematics_.word_mask() >> i & 1u)
-      out +=
-          fmt::format(" {}{:g}", kWordLetters[i], shown_number(i <= kZ ? words[i] : deg_from_rad(words[i])));
-  return out + "; " + tip_text(q);
+  return "words" + shown_words(words, kinematics_.word_mask()) + "; " + tip_text(q);
 }
 
 std::string KinWords::inverse(const std::string& line) const {
-  Words words = Words::Zero();
+  Words words = rest_;
   for (const std::string& item : kin_items(line)) {
     const char letter = upper_case(item[0]);
     const std::size_t word = std::string_view(kWordLetters).find(letter);
@@ -119,7 +134,8 @@ std::string KinWords::inverse(const std::string& line) const {
     words[static_cast<Eigen::Index>(word)] = word <= kZ ? value : rad_from_deg(value);
   }
   JointVec q;
-  if (kinematics_.joints_from_words(words, q) != KinStatus::kOk) return "the machine cannot go there";
+  if (kinematics_.joints_from_words(words, q) != KinStatus::kOk)
+    return "the machine cannot go to" + shown_words(words, kinematics_.word_mask());
   std::string out = "joints", beyond;
   for (std::size_t i = 0; i < machine_.joints.size(); ++i) {
     const Joint& joint = machine_.joints[i];
@@ -132,7 +148,9 @@ std::string KinWords::inverse(const std::string& line) const {
 
 std::string KinWords::directions() const {
   std::string out;
-  for (const WordDirection& direction : word_directions(kinematics_, Words::Zero()))
+  if (!rest_.isZero())
+    out = fmt::format("From the platform's home,{}:\n", shown_words(rest_, kinematics_.word_mask()));
+  for (const WordDirection& direction : word_directions(kinematics_, rest_))
     out += fmt::format("{}+  {}{}\n", kWordLetters[direction.word], describe(direction, machine_),
                        iso_841_remark(direction, machine_));
   return out;

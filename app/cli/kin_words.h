@@ -11,14 +11,15 @@ namespace trn {
 /// Kinematics in the words of a machinist: program words and named joints, mm and degrees.
 class KinWords {
  public:
-  KinWords(const Machine& machine, const Kinematics& kinematics)
-      : machine_(machine), kinematics_(kinematics) {}
+  KinWords(const Machine& machine, const Kinematics& kinematics);
 
-  /// "X=10 C=90" (joints; what is missing is 0) to words and tip; std::invalid_argument with what is legal.
+  // What a line leaves out is 0, or, on a platform that cannot stand with every word at 0, as at its home.
+
+  /// "X=10 C=90" (joints) to words and tip; std::invalid_argument with what is legal.
   std::string forward(const std::string& line) const;
-  /// "X10 A30" (words; what is missing is 0) to joints and tip.
+  /// "X10 A30" (words) to joints and tip; the same error.
   std::string inverse(const std::string& line) const;
-  /// What every positive word does, a line each.
+  /// What every positive word does from there, a line each.
   std::string directions() const;
 
  private:
@@ -26,6 +27,7 @@ class KinWords {
 
   const Machine& machine_;
   const Kinematics& kinematics_;
+  Words rest_ = Words::Zero();
 };
 
 }  // namespace trn

@@ -62,6 +62,21 @@ class Words(unittest.TestCase):
         self.assertEqual(lines, [f"{w}+  the tool goes towards +{w} of the work (joint {j})"
                                  for w, j in (("X", "+X"), ("Y", "-Y"), ("Z", "+Z"))])
 
+    def test_a_platform_that_cannot_stand_at_zero_is_asked_at_its_home(self):
+        """The rail mill's four rails carry the spindle, which cannot come up to Z0."""
+        code, lines, _ = words("rail_mill", "words", flag=())
+        self.assertEqual((code, lines[0]), (0, "From the platform's home, X0 Y0 Z-300 A0:"))
+        self.assertEqual(lines[1], "X+  the tool goes towards +X of the work (joint +rail1, +rail2, +rail3, +rail4)")
+        self.assertEqual([line[0] for line in lines[1:]], list("XYZA"))
+        self.assertFalse([line for line in lines if "cannot" in line])
+        code, lines, _ = words("rail_mill", "inverse", "X1", "X0", "Z0")
+        self.assertEqual(code, 0)
+        places = [[float(item.partition("=")[2]) for item in line.partition(";")[0].split()[1:]] for line in lines[:2]]
+        self.assertLess(off(places[0], [place + 1 for place in places[1]]), 1e-6, "the rails lie along X")
+        self.assertEqual(lines[2], "the machine cannot go to X0 Y0 Z0 A0")
+        code, lines, _ = words("rail_mill", "forward", "", "rail1=417.013189 rail3=417.013189")
+        self.assertEqual((code, lines[0].partition(";")[0]), (0, "words X0 Y0 Z-300 A0"))
+
     def test_only_what_turns_against_its_word_is_remarked(self):
         """The axis of a nutating head leans by 45 deg and turns the tool by its word; a cradle's tables do not."""
         def remarks(path):
