@@ -72,7 +72,7 @@ class Doors(unittest.TestCase):
             with DaemonSocket.of(bench) as client:
                 for packet in malformed(client):
                     client.send(packet)
-                self.assertEqual(watch.wait(30), 0)
+                self.assertEqual(watch.wait(120), 0)
                 self.assertIsNone(bench.process.poll(), bench.log_text())
                 self.assertIn(bench.status()["state"], ("running", "idle"))
                 for _ in range(max(20000, int(os.environ.get("TRN_LONG", "0")))):
@@ -218,7 +218,7 @@ class Doors(unittest.TestCase):
                 begun = time.time()
                 code, _, err = bench.client("load", path)
                 self.assertEqual(code, 2, err)
-                self.assertLess(time.time() - begun, 3)
+                self.assertLess(time.time() - begun, 20, "it would read for ever")
                 self.assertRegex(err, "no regular file|folder")
             secret = bench.write("shadow", "root:*:20228:0:99999:7:::\nbin:secret:1:2\n")
             code, _, err = bench.client("load", secret)
@@ -245,7 +245,7 @@ class Doors(unittest.TestCase):
             time.sleep(0.3)
             begun = time.time()
             self.assertEqual(bench.end(), 0)
-            self.assertLess(time.time() - begun, 5)
+            self.assertLess(time.time() - begun, 9, "it waits 10 s for what does not end")
             again.kill()
             again.wait()
             log = bench.log_text()
