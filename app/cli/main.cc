@@ -103,6 +103,21 @@ std::string with_zero(std::string word) {
   return word;
 }
 
+bool is_or_holds(const CLI::App& command, const CLI::App* chosen) {
+  while (chosen && chosen != &command) chosen = chosen->get_parent();
+  return chosen != nullptr;
+}
+
+// CLI11 gives an environment variable to the options of all commands. One that a command cannot take, as the
+// name of a daemon's machine where a config is wanted, would end every other command, too.
+void forget_other_variables(CLI::App& app, const CLI::App& chosen) {
+  for (CLI::App* command : app.get_subcommands({})) {
+    if (!is_or_holds(*command, &chosen))
+      for (CLI::Option* option : command->get_options({})) option->envname("");
+    forget_other_variables(*command, chosen);
+  }
+}
+
 int tell_usage(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
   fmt::print(stderr, "{}", trn::usage_text(app, error, words));
@@ -125,6 +140,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   std::transform(words.begin(), words.end(), words.begin(), with_zero);
   if (const auto answered = answer(app, words)) return static_cast<int>(*answered);
+  forget_other_variables(app, trn::command_of(app, words));
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {

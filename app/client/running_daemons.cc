@@ -21,8 +21,9 @@ namespace trn {
 
 namespace {
 
-// A daemon that has just been asked tells its status at once; one that hangs keeps nobody longer.
-constexpr auto kPatience = std::chrono::milliseconds(500);
+// A daemon that has just been asked tells its status at once; one that hangs keeps nobody longer than clients
+// wait.
+constexpr auto kPatience = std::chrono::seconds(2);
 
 /// `full`: it runs, but has no room for another client.
 struct Asked {

@@ -105,6 +105,25 @@ class RunInputs(unittest.TestCase):
         self.assertNotIn("did you mean", self.trunnion("status", "--machine", "hexapot").stderr)
         self.assertEqual(self.trunnion("commission", "--machine", "hexapod").returncode, 5)
 
+    def test_a_variable_is_only_for_the_commands_that_take_it(self):
+        """The name of a machine whose daemon runs is no name of a config, and what nobody asks for harms nobody."""
+        (self.folder / "part.ngc").write_text(PROGRAM, encoding="ascii")
+        for variables in ({"TRUNNION_MACHINE": "mine"}, {"TRUNNION_TIMEOUT": "soon"}):
+            for command in (["kin", "words", "--machine", "x"], ["run", "part.ngc", "--files", "--machine", "x"],
+                            ["config", "--check", "x.toml"], ["--version"]):
+                done = self.trunnion(*command, **variables)
+                self.assertEqual((done.returncode, done.stderr), (0, ""), (command, variables))
+        done = self.trunnion("status", TRUNNION_MACHINE="mine")
+        self.assertEqual(done.returncode, 4)
+        self.assertRegex(done.stderr, "'mine' is neither a file nor a machine|no daemon runs here")
+        for command in (["status"], ["jog", "X", "1"], ["scope", "X.setpoint"]):
+            done = self.trunnion(*command, TRUNNION_TIMEOUT="soon")
+            self.assertEqual(done.returncode, 5)
+            self.assertIn("TRUNNION_TIMEOUT gives this value", done.stderr)
+        done = self.trunnion("status", "--machine", "x.toml", "--timeout", "0.2", TRUNNION_TIMEOUT="soon")
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("within 0.2 s", done.stderr)
+
     def test_a_program_that_is_none(self):
         for program, why in (("nothing.ngc", "No such file or directory"), (".", "it is a folder")):
             done = self.trunnion("run", program)

@@ -332,8 +332,8 @@ class OperatorTest(unittest.TestCase):
             shop.start()
             self.assertEqual(client("jog", "X", "1", "--wait", "--machine", shop.name), (0, "", ""))
             self.assertAlmostEqual(shop.joints()[0], 1, places=6)
-            code, out, _ = client("status", "--json", TRUNNION_MACHINE=shop.name)
-            self.assertEqual(code, 0)
+            code, out, err = client("status", "--json", TRUNNION_MACHINE=shop.name)
+            self.assertEqual(code, 0, err)
             self.assertEqual(json.loads(out)["config_file"], shop.config)
             code, out, err = client("status")
             if code == 0:
