@@ -18,9 +18,11 @@ inline void ask_unless_stopped(std::atomic<unsigned>& requests, unsigned enable)
   }
 }
 
-/// What is asked, once.
+/// What is asked, once. It never waits for the other thread: what is asked meanwhile is taken next time.
 inline unsigned take_asked(std::atomic<unsigned>& requests) TRN_RT {
-  return requests.fetch_and(kComingUp, std::memory_order_acq_rel) & ~kComingUp;
+  const unsigned asked = requests.load(std::memory_order_acquire) & ~kComingUp;
+  if (asked != 0) requests.fetch_and(~asked, std::memory_order_acq_rel);
+  return asked;
 }
 
 /// A quick stop.
