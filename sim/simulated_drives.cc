@@ -60,8 +60,10 @@ void SimulatedDrives::quick_stop() TRN_RT {
 
 void SimulatedDrives::obey_requests() TRN_RT {
   // Switching off acts at once, also while a joint brakes: power that is gone is gone.
-  if (disable_asked_.exchange(false))
+  if (disable_asked_.exchange(false)) {
+    enable_asked_.store(false);  // by a bring-up that has just ended
     for (SimulatedJoint& joint : joints_) joint.disable();
+  }
   for (const SimulatedJoint& joint : joints_)
     if (joint.braking()) return;  // the other requests wait until it stands
   if (reset_asked_.exchange(false))

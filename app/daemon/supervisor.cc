@@ -22,7 +22,7 @@ constexpr std::uint32_t kDoEmergency = kDoQuickStop | kDoDropProgram;
 constexpr auto kTable = std::to_array<Transition>({
     {S::kOff, E::kReset, S::kStarting, kDoBringUp},
     {S::kOff, E::kEstop, S::kEstop, kDoQuickStop},
-    {S::kOff, E::kTerminate, S::kOff, kDoExit},
+    {S::kOff, E::kTerminate, S::kClosing, kDoNothing},  // behind a stop of homing, drives may still brake
     {S::kOff, E::kQuickFault, S::kFault, kDoNothing},
 
     {S::kStarting, E::kDrivesReady, S::kIdle, kDoNothing},

@@ -305,8 +305,10 @@ void CanDrives::take_requests() TRN_RT {
     if (requests & (kReset | kDisable)) waiting_homes_ = 0;
     if (requests & kReset) bus->master->reset();
     for (NodeLink& node : bus->master->nodes()) {
-      if (requests & kDisable) node.disable();
-      if (requests & kEnable) node.enable();
+      if (requests & kDisable)
+        node.disable();
+      else if (requests & kEnable)  // of a bring-up that has just ended: off means off
+        node.enable();
     }
   }
   if (requests & kReset)

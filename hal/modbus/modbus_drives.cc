@@ -140,8 +140,10 @@ void ModbusDrives::take_requests() TRN_RT {
       axis->lost = false;
       axis->missed = 0;
     }
-    if (requests & kDisable) axis->drive.disable();
-    if (requests & kEnable) axis->drive.enable();
+    if (requests & kDisable)
+      axis->drive.disable();
+    else if (requests & kEnable)  // of a bring-up that has just ended: off means off
+      axis->drive.enable();
   }
 }
 

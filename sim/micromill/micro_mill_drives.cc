@@ -13,6 +13,7 @@ MicroMillDrives::MicroMillDrives(const Config& config) : config_(config), plant_
 }
 
 void MicroMillDrives::set_enabled(bool enabled) TRN_RT {
+  if (!enabled) enable_asked_.store(false);  // by a bring-up that began before
   for (int i = 0; i < 2; ++i) plant_.axis(i).set_enabled(enabled);
   if (state_ != DriveState::kFault) state_ = enabled ? DriveState::kEnabled : DriveState::kOff;
 }

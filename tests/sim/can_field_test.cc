@@ -140,6 +140,18 @@ TEST(BringUp, AQuickStopTakesItBack) {
   ASSERT_GE(field.until([&] { return field.enabled(); }, 1000), 0) << field.drives.explain_fault(-1);
 }
 
+// Both are asked for between two periods: no moment of power at the end.
+TEST(BringUp, OffMeansOffBehindIt) {
+  Field field("cradle_can.toml");
+  field.drives.bring_up();
+  field.drives.shut_down();
+  for (int i = 0; i < 1000; ++i) {
+    field.tick();
+    for (int k = 0; k < 5; ++k) ASSERT_NE(field.node(k).drive().joint().state(), DriveState::kEnabled) << i;
+  }
+  EXPECT_EQ(field.feedback.fault, Fault::kOk) << field.drives.explain_fault(-1);
+}
+
 TEST_P(FaultTable, IsSeenInTimeStopsAndRecovers) {
   const Row& row = GetParam();
   Field field("cradle_can.toml");

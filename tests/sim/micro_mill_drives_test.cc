@@ -51,6 +51,18 @@ TEST(MicroMillDrives, AfterAFollowingErrorNoMotorPulls) {
   EXPECT_EQ(bench.feedback.fault, Fault::kFollowingError);
 }
 
+TEST(MicroMillDrives, AStopOrTheEndTakesABringUpBack) {
+  Bench bench;
+  bench.drives.bring_up();
+  bench.drives.quick_stop();
+  bench.run(10);
+  EXPECT_EQ(bench.feedback.state, DriveState::kOff);
+  bench.drives.bring_up();
+  bench.drives.shut_down();
+  bench.run(10);
+  EXPECT_EQ(bench.feedback.state, DriveState::kOff);
+}
+
 TEST(MicroMillDrives, AFaultHoldsUntilItIsResetAndPowerUntilItIsAsked) {
   Bench bench;
   bench.drives.bring_up();

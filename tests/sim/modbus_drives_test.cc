@@ -229,6 +229,15 @@ TEST_P(Indexer, AQuickStopTakesABringUpBack) {
   start();
 }
 
+TEST_P(Indexer, OffMeansOffBehindABringUp) {
+  drives->bring_up();
+  drives->shut_down();
+  for (int i = 0; i < 100; ++i) {
+    tick();
+    ASSERT_FALSE(enabled()) << i;
+  }
+}
+
 TEST_P(Indexer, AFaultOfTheDriveIsToldAndReset) {
   start();
   field->drive(0).fail(0x2310);

@@ -139,6 +139,17 @@ TEST(SimulatedDrives, AQuickStopTakesABringUpBack) {
   EXPECT_EQ(bench.feedback.state, DriveState::kEnabled);
 }
 
+// Both are asked for between two periods: no moment of power at the end.
+TEST(SimulatedDrives, OffMeansOffBehindABringUp) {
+  Bench bench("");
+  bench.drives.bring_up();
+  bench.drives.shut_down();
+  for (int i = 0; i < 500; ++i) {
+    bench.run(1);
+    ASSERT_EQ(bench.feedback.state, DriveState::kOff) << i;
+  }
+}
+
 TEST(SimulatedDrives, HomingFindsTheTruePositionFromEitherSideOfTheSwitch) {
   for (const char* start : {"start_mm = 31.0", "start_mm = -7.5"}) {
     Bench bench(std::string("homed = false\n[[drives.joint]]\nname = \"X\"\nhome_mm = 3.0\n") + start);
