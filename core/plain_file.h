@@ -16,6 +16,11 @@ struct PlainFileError : std::runtime_error {
 /// more than `bytes_max`.
 std::string read_plain_file(const std::string& path, std::size_t bytes_max);
 
+/// The bytes of a file that somebody names for one command, who can wait and end it: a pipe, too, is read to
+/// its end. PlainFileError for a folder, for what cannot be read, and for more than 4 GB; here what() begins
+/// with the file's name.
+std::string read_named_file(const std::string& path);
+
 /// Opens `path` for writing, emptied or made anew (with `mode`), and waits for nobody: a pipe that nobody
 /// reads is refused at once, as is everything that cannot be written. PlainFileError; else the descriptor,
 /// which is the caller's.

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -108,7 +107,7 @@ Exit run(const RunOptions& options) {
   const ActualChain truth = options.truth.empty() ? known_chain(machine) : read_truth(machine, options.truth);
   const std::vector<BallbarTest> tests = ballbar_tests(truth);
   for (const std::string& name : options.tests) test_named(tests, name);
-  std::filesystem::create_directories(options.out);
+  make_result_folder(options.out);
   fmt::print("test         readings  deviation um    compensated um\n");
   unsigned number = 0;
   for (const std::string& name : options.tests) run_test(options, truth, test_named(tests, name), number++);
@@ -146,7 +145,7 @@ BallbarTrace pattern(ActualChain chain, const BallbarTest& test, const SingleErr
 Exit patterns(const RunOptions& options) {
   const ActualChain nominal = read_chain(assemble(options.machine).machine);
   const std::vector<BallbarTest> tests = ballbar_tests(nominal);
-  std::filesystem::create_directories(options.out);
+  make_result_folder(options.out);
   for (const std::string& name : options.tests) {
     const BallbarTest& test = test_named(tests, name);
     const std::vector<SingleError> errors = single_errors(nominal);
@@ -263,7 +262,7 @@ void add_ballbar_run(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* run_app = parent.add_subcommand(
       "run", "Run the tests on a simulated machine with errors; writes CSV and pictures");
-  run_app->add_option("--machine", options->machine, kMachineOption)->required();
+  run_app->add_option("--machine,-m", options->machine, kMachineOption)->required();
   run_app->add_option("--truth", options->truth,
                       "the simulated machine's true errors: a file with a section [corrections.geometric]; "
                       "default: those the config knows");
@@ -289,7 +288,7 @@ void add_ballbar_patterns(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* app =
       parent.add_subcommand("patterns", "Draw what each single error looks like in each test (SVG)");
-  app->add_option("--machine", options->machine, kMachineOption)->required();
+  app->add_option("--machine,-m", options->machine, kMachineOption)->required();
   app->add_option("--out", options->out, "folder for the pictures")->capture_default_str();
   app->add_option("--tests", options->tests, "as in 'run'");
   app->callback([options, &exit] { exit = judging_measurements(&patterns, *options); });
@@ -304,7 +303,7 @@ void add_ballbar_identify(CLI::App& parent, Exit& exit) {
       ->add_option("traces", options->traces,
                    "CSV files (angle in deg, reading in mm); NAME=FILE where the file does not say its test")
       ->required();
-  identify_app->add_option("--machine", options->machine, kMachineOption)->required();
+  identify_app->add_option("--machine,-m", options->machine, kMachineOption)->required();
   identify_app->add_flag("--planar", options->planar, "the two-position planar method, for comparison");
   identify_app->add_flag("--no-setup", options->no_setup, "take ball and cup as exactly in place");
   identify_app->add_option("--noise-um", options->noise_um, "of one reading; default: from the residuals");

@@ -157,6 +157,7 @@ Exit commission(const CommissionOptions& options) {
   std::unique_ptr<CommissionMachine> machine;
   std::unique_ptr<CommissionOperator> person;
   Commission::MakeMachine make;
+  check_text_file(options.protocol);
   if (options.truth.empty()) {
     person = std::make_unique<TerminalOperator>();
     make = [&](bool feed_forward) { return std::make_unique<RealCommission>(options.machine, feed_forward); };

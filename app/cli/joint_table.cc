@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -23,6 +21,7 @@
 #include "core/axes.h"
 #include "core/config.h"
 #include "core/machine.h"
+#include "core/plain_file.h"
 #include "core/units.h"
 
 namespace trn {
@@ -47,8 +46,7 @@ using Measured = std::map<std::string, std::vector<AxisMeasurement>>;
 /// Lines "joint, commanded, actual" in mm or degrees, in the order in which they were taken; a header is
 /// skipped.
 Measured read_measurements(const std::string& path, const Machine& machine) {
-  std::ifstream in(path);
-  if (!in) throw std::runtime_error(path + ":1:1: cannot read this file");
+  std::istringstream in(read_named_file(path));
   Measured out;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -200,7 +198,7 @@ Exit measure(const MeasureOptions& options) {
   config.noise = options.noise_um / 1000;
   config.resolution = options.resolution_um / 1000;
   config.seed = options.seed;
-  std::filesystem::create_directories(options.out);
+  make_result_folder(options.out);
   const std::string program = options.out + "/measure.ngc";
   const Measured before = by_name(machine, measure_joints(plain, truth, config, false, program));
   write_measurements(options.out + "/before.csv", before);
@@ -238,7 +236,7 @@ void add_measure(CLI::App& parent, Exit& exit) {
       "measure",
       "Rehearse a measurement there and back, on a simulated machine whose joints have errors. It is made "
       "without correction and, where the config has joint tables, with it; writes CSV and a picture");
-  app->add_option("--machine", options->machine, kMachineOption)->required();
+  app->add_option("--machine,-m", options->machine, kMachineOption)->required();
   app->add_option("--truth", options->truth,
                   "the simulated machine's true errors: a file with a section [corrections.joint_table]")
       ->required();
@@ -275,7 +273,7 @@ void add_joint_table(CLI::App& app, Exit& exit) {
       ->add_option("measurements", options->measurements,
                    "CSV in the order of measuring: joint, commanded, actual (mm or deg), there and back")
       ->required();
-  fit_app->add_option("--machine", options->machine, kMachineOption)->required();
+  fit_app->add_option("--machine,-m", options->machine, kMachineOption)->required();
   fit_app->add_option("--table", options->table, "a table of this many places instead of a slope")
       ->check(CLI::Range(2, 200));
   fit_app->add_option("--write", options->write, "write the config section to this file");

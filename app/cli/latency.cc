@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -19,6 +18,7 @@
 #include "app/daemon/realtime.h"
 #include "app/daemon/tick_thread.h"
 #include "app/lab/latency_picture.h"
+#include "app/lab/text_file.h"
 #include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
 #include "app/session/realtime_config.h"
@@ -142,12 +142,11 @@ void write_svg(const std::string& path, const LoopStatistics& statistics, double
   const std::string title =
       fmt::format("{} periods of {:g} us: latest wake-up {:.0f} us, longest tick {:.0f} us",
                   statistics.periods.load(), period_us, statistics.wake.max_us(), statistics.tick.max_us());
-  std::ofstream file(path);
-  file << latency_svg(title, statistics.wake.buckets(), statistics.tick.buckets());
-  if (!file.flush()) throw std::runtime_error(fmt::format("'{}' cannot be written", path));
+  write_text_file(path, latency_svg(title, statistics.wake.buckets(), statistics.tick.buckets()));
 }
 
 Exit measure(const LatencyOptions& options) {
+  check_text_file(options.svg);
   std::optional<StandingMachine> machine;
   if (!options.machine.empty()) machine.emplace(options.machine);
   RealtimeConfig realtime = machine ? machine->assembly.realtime : RealtimeConfig();
@@ -176,7 +175,7 @@ void add_latency(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("latency", "Measure how well this computer keeps a period");
   command->add_option("--seconds", options->seconds, "how long to measure (default 10)")
       ->check(CLI::Range(0.1, 1e7));
-  command->add_option("--machine", options->machine,
+  command->add_option("--machine,-m", options->machine,
                       "also run this machine's tick, with its period and [realtime]");
   command->add_option("--period-us", options->period_us, "period (default: the machine's, or 1000)")
       ->check(CLI::Range(50.0, 1e6));

@@ -12,6 +12,7 @@
 
 #include "app/lab/micromill/experiment.h"
 #include "app/lab/micromill/stage_lab.h"
+#include "app/lab/text_file.h"
 #include "compensation/micromill/friction_network.h"
 #include "core/config.h"
 #include "interp/move.h"
@@ -97,6 +98,7 @@ Json record_json(const TrainingRecord& r) {
 }
 
 Exit train(const MicromillOptions& options) {
+  check_text_file(options.networks);
   const StageLab lab(options.machine, options.seed);
   const StageNetworks networks = learn(lab, training_runs(lab), options);
   write_networks(options.networks, networks);
@@ -186,6 +188,7 @@ Exit sweep(const MicromillOptions& options) {
 }
 
 Exit experiment(const MicromillOptions& options) {
+  if (!options.pictures.empty()) make_result_folder(options.pictures);
   ExperimentOptions run;
   run.machine = options.machine;
   run.first_seed = StageLab(options.machine, options.seed).seed();
@@ -246,7 +249,7 @@ CLI::App& add_one(CLI::App& parent, const char* name, const char* words,
   CLI::App& command = *parent.add_subcommand(name, words);
   command.option_defaults()->always_capture_default();
   command
-      .add_option("--machine", options->machine,
+      .add_option("--machine,-m", options->machine,
                   "the machine by its name, or its config (.toml), with a section [corrections.deflection]")
       ->required();
   command.add_option(

@@ -2,12 +2,13 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string_view>
 
 #include "app/cli/browser.h"
@@ -19,6 +20,7 @@
 #include "app/lab/run_pictures.h"
 #include "app/lab/run_recorder.h"
 #include "app/lab/run_report.h"
+#include "app/lab/text_file.h"
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
 #include "app/session/plausibility.h"
@@ -77,7 +79,7 @@ class PathExport {
   static void open(const std::string& file, std::ofstream& out) {
     if (file.empty()) return;
     out.open(file);
-    if (!out) throw OutputError(fmt::format("{}: cannot write", file));
+    if (!out) throw OutputError(fmt::format("{}: cannot write this file: {}", file, std::strerror(errno)));
   }
 
   // One row for each part of the stretch that has one feed.
@@ -165,6 +167,7 @@ Exit preview_program(const RunOptions& options, const Assembly& assembly) {
   if (!kSanitized) setrlimit(RLIMIT_AS, &memory);
   setrlimit(RLIMIT_CPU, &time);
   if (nice(kNice) < 0) fmt::print(stderr, "the plan is made with the priority of every other program\n");
+  check_text_file(options.preview);
   const PlanPreview plan = plan_of(options, assembly);
   write_plan(options.preview, plan, assembly.machine, options.program);
   if (plan.message.empty()) return Exit::kDone;
@@ -218,6 +221,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   if (options.from_line > 1) fmt::print(stderr, "{}", approach_text(options.from_line, checked.approach));
   fmt::print(stderr, "{}", remark_on(checked));
 
+  if (!options.pictures.empty()) make_result_folder(options.pictures);
   ProgressLine progress(checked.lines);
   std::optional<TraceWriter> trace;
   std::optional<PathExport> path;
@@ -260,7 +264,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   const SimulationResult result = simulate(assembly, begin.parameters, tools, simulation);
   if (trace) trace->close();
   if (const std::string trouble = log ? log->take_trouble() : ""; !trouble.empty())
-    throw std::runtime_error(trouble);
+    throw OutputError(trouble);
   if (!options.pictures.empty())
     write_run_pictures(options.pictures, options.program, assembly.machine, recorder.bins(), result);
   if (plan && write_run_page(options.pictures, options.program, assembly.machine, *plan) && !options.json)
@@ -300,7 +304,7 @@ void add_run(CLI::App& app, Exit& exit) {
                          "The program is checked to its end first. With an error in it nothing moves.");
   command->add_option("program", options->program, "G-code file; or an example by its name: impeller");
   command->add_option(
-      "--machine", options->machine,
+      "--machine,-m", options->machine,
       "the machine by its name, as mill, or its config (.toml). Without it, the program's first "
       "lines name it: (machine: mill), or a file relative to the program's folder: (machine: "
       "../configs/mill.toml; tools: tools.tbl)");

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -25,6 +23,7 @@
 #include "app/session/scope_record.h"
 #include "app/session/scope_trigger.h"
 #include "core/machine.h"
+#include "core/plain_file.h"
 #include "hal/lcm_link.h"
 #include "hal/lcm_messages.h"
 
@@ -221,6 +220,7 @@ void run_scope(const ScopeOptions& options, ScopeFeed& feed, ScopeCapture& captu
 }
 
 Exit record_signals(const ScopeOptions& options, ScopeClient& client, const std::string& machine) {
+  for (const std::string& path : {options.csv, options.svg, options.lcm}) check_text_file(path);
   const trunnion::scope_signals_t list = client.signals();
   const ScopeWish wish = wish_of(options);
   ScopeRecord empty;
@@ -245,14 +245,9 @@ Exit record_signals(const ScopeOptions& options, ScopeClient& client, const std:
 
 // A recording of before, or a fault's: other files of it, or fewer signals.
 Exit read_record(const ScopeOptions& options) {
-  std::ifstream in(options.read, std::ios::binary);
-  if (!in) {
-    fmt::print(stderr, "{}: cannot be read\n", options.read);
-    return Exit::kBadProgram;
-  }
   ScopeRecord record;
   try {
-    record = parse_scope_csv({std::istreambuf_iterator<char>(in), {}}, options.read);
+    record = parse_scope_csv(read_named_file(options.read), options.read);
   } catch (const std::runtime_error& error) {
     fmt::print(stderr, "{}\n", error.what());
     return Exit::kBadProgram;
@@ -299,7 +294,7 @@ void add_scope(CLI::App& app, Exit& exit) {
   command->add_option("--svg", options->svg, "write a picture");
   command->add_option("--lcm", options->lcm, "write a log of LCM (scope_data_t)");
   command->add_option("--read", options->read, "instead of a daemon: a table that --csv or a fault wrote");
-  command->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
+  command->add_option("--machine,-m", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
   add_timeout(*command, options->timeout_s);
   command->add_option("--patience", options->patience_s, "seconds to wait for the trigger and the end")
       ->check(CLI::PositiveNumber)

@@ -197,6 +197,8 @@ std::size_t joint_of(const Machine& machine, const std::string& name) {
 }
 
 Exit tune(const TuneOptions& options) {
+  check_text_file(options.svg);
+  check_text_file(options.write);
   TuneWish wish;
   wish.speed_share = options.percent / 100;
   TunePlan plan;

@@ -108,6 +108,8 @@ std::string json_of(const Workspace& w) {
 
 Exit workspace_command(const WorkspaceFiles& files) {
   const Assembly assembly = assemble(files.machine);
+  check_text_file(files.csv);
+  check_text_file(files.svg);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const auto progress = [&](double share) {
     if (terminal) fmt::print(stderr, "\r{:3.0f} %", 100 * share);

@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
 #include "compensation/geometric.h"
 #include "core/config.h"
 #include "core/motion.h"
+#include "core/plain_file.h"
 #include "core/ports.h"
 #include "core/units.h"
 #include "kernel/joint_map.h"
@@ -82,8 +83,7 @@ BallContact contact_at(const std::vector<std::optional<double>>& row, const Asse
 
 std::vector<BallContact> read_ball_contacts(const std::string& path, const Assembly& assembly,
                                             std::uint8_t corrections_off, const BallProbe& probe) {
-  std::ifstream in(path);
-  if (!in) throw std::runtime_error(path + ": cannot read these contacts");
+  std::istringstream in(read_named_file(path));
   std::vector<std::size_t> columns;
   std::vector<BallContact> contacts;
   std::string line;

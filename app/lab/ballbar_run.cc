@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 #include <stdexcept>
 
 #include "app/lab/measuring_run.h"
 #include "app/lab/text_file.h"
 #include "core/axes.h"
+#include "core/plain_file.h"
 #include "core/units.h"
 #include "kernel/rt_messages.h"
 
@@ -132,8 +133,7 @@ void write_ballbar_csv(const std::string& path, const BallbarTrace& trace, bool 
 
 BallbarTrace read_ballbar_csv(const std::string& path, const std::string& name,
                               const std::vector<BallbarTest>& tests) {
-  std::ifstream in(path);
-  if (!in) throw std::runtime_error(path + ": cannot read this trace");
+  std::istringstream in(read_named_file(path));
   std::string text, test_name = name;
   BallbarTrace trace;
   for (int line = 1; std::getline(in, text); ++line) {

@@ -1,5 +1,9 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -40,7 +44,7 @@ class ArrayFile {
   }
   void close() {
     out_.close();
-    if (!out_) throw OutputError(path_ + ": cannot write this file");
+    if (!out_) throw OutputError(fmt::format("{}: cannot write this file: {}", path_, std::strerror(errno)));
   }
 
  private:

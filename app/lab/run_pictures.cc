@@ -10,7 +10,6 @@
 #include "app/lab/picture/svg.h"
 #include "app/lab/run_report.h"
 #include "app/lab/text_file.h"
-#include "core/safe_file.h"
 
 namespace trn {
 
@@ -235,9 +234,7 @@ std::string deviation_picture(const DeviationReport& report) {
 void write_run_pictures(const std::string& folder, const std::string& program, const Machine& machine,
                         const std::vector<RunBin>& bins, const SimulationResult& result) {
   const std::filesystem::path path(folder);
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw OutputError(fmt::format("{}: cannot write into it: {}", folder, error.message()));
+  make_result_folder(folder);
   std::string html = fmt::format(
       "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>{0}</title>\n<style>body{{"
       "font-family:sans-serif;max-width:1040px;margin:auto}}pre{{overflow:auto}}</style></head>\n<body>\n"

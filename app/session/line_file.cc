@@ -5,9 +5,9 @@
 
 #include <cerrno>
 #include <cstring>
-#include <stdexcept>
 
 #include "core/plain_file.h"
+#include "core/safe_file.h"
 
 namespace trn {
 
@@ -18,7 +18,7 @@ int open_lines(const std::string& path) {
   try {
     return open_to_write(path, kMode);
   } catch (const PlainFileError& error) {
-    throw std::runtime_error(fmt::format("{}: cannot write the session's log: {}", path, error.what()));
+    throw OutputError(fmt::format("{}: cannot write the session's log: {}", path, error.what()));
   }
 }
 

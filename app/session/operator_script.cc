@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <fstream>
 #include <sstream>
 
 #include "app/client/command_table.h"
 #include "app/session/tick_commands.h"
+#include "core/plain_file.h"
 #include "interp/move.h"
 
 namespace trn {
@@ -73,11 +73,11 @@ std::vector<OperatorAction> parse_operator_script(std::string_view text, const s
 }
 
 std::vector<OperatorAction> read_operator_script(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse_operator_script(text.str(), path);
+  try {
+    return parse_operator_script(read_named_file(path), path);
+  } catch (const PlainFileError& error) {
+    throw ProgramError(error.what());
+  }
 }
 
 }  // namespace trn

@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
@@ -20,6 +19,8 @@
 #include "app/session/tick_commands.h"
 #include "core/axes.h"
 #include "core/check.h"
+#include "core/plain_file.h"
+#include "core/safe_file.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/move.h"
 
@@ -249,8 +250,7 @@ std::string make_log_file(const std::string& path) {
       return name;
     }
     if (errno != EEXIST)
-      throw std::runtime_error(
-          fmt::format("{}: cannot write the session's log: {}", name, std::strerror(errno)));
+      throw OutputError(fmt::format("{}: cannot write the session's log: {}", name, std::strerror(errno)));
     name = fmt::format("{}.{}", path, number);
   }
   throw std::runtime_error(fmt::format("{}: {} sessions are kept beside it; move some away", path, kLogsMax));
@@ -468,11 +468,11 @@ Session parse_session(std::string_view text, const std::string& name) {
 }
 
 Session read_session(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse_session(text.str(), path);
+  try {
+    return parse_session(read_named_file(path), path);
+  } catch (const PlainFileError& error) {
+    throw ProgramError(error.what());
+  }
 }
 
 }  // namespace trn

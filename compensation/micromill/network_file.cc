@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
-#include <stdexcept>
 
 #include "compensation/micromill/friction_network.h"
 #include "core/config.h"
+#include "core/safe_file.h"
 
 namespace trn {
 
@@ -122,7 +124,7 @@ void write_networks(const std::string& path, const StageNetworks& networks) {
   for (std::size_t i = 0; i < 2; ++i)
     out << network_text(kStageAxes[i], networks.network[i], networks.record[i]);
   out.close();
-  if (!out) throw std::runtime_error(fmt::format("{}: cannot write the networks", path));
+  if (!out) throw OutputError(fmt::format("{}: cannot write the networks: {}", path, std::strerror(errno)));
 }
 
 }  // namespace trn

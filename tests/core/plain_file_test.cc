@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 
 namespace trn {
 namespace {
@@ -81,6 +82,27 @@ TEST_F(PlainFile, APipeThatNobodyReadsIsNotWaitedFor) {
   EXPECT_EQ(fs::file_size(path("f")), 0u);
   EXPECT_FALSE(is_pipe(path("f")));
   EXPECT_FALSE(is_pipe(path("none")));
+}
+
+// Whoever writes trunnion replay <(zcat session.log.gz) gives a pipe.
+TEST_F(PlainFile, AFileThatIsNamedMayBeAPipeAndNoFolder) {
+  const std::string bytes(200'000, 'x');
+  std::ofstream(path("f")) << bytes;
+  EXPECT_EQ(read_named_file(path("f")), bytes);
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  std::thread writer([&] { std::ofstream(path("pipe")) << bytes; });
+  EXPECT_EQ(read_named_file(path("pipe")), bytes);
+  writer.join();
+  const auto refusal = [](const std::string& path) -> std::string {
+    try {
+      read_named_file(path);
+    } catch (const PlainFileError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(folder_), folder_ + ": this is a folder; name a file in it");
+  EXPECT_EQ(refusal(path("none")), path("none") + ": cannot read this file: No such file or directory");
 }
 
 TEST_F(PlainFile, TheMostIsTheMost) {

@@ -1,10 +1,10 @@
 #include <cmath>
-#include <filesystem>
 #include <limits>
 
 #include "app/lab/micromill/experiment.h"
 #include "app/lab/micromill/stage_lab.h"
 #include "app/lab/picture/svg_chart.h"
+#include "app/lab/text_file.h"
 #include "compensation/micromill/deflection_correction.h"
 #include "compensation/micromill/friction_network.h"
 #include "core/units.h"
@@ -93,14 +93,14 @@ void draw_contour(const std::string& path, PartSurface::Shape shape, const Stage
 
 void draw_part(const std::string& folder, PartSurface::Shape shape, const StageRun& run) {
   const std::string name = shape == PartSurface::Shape::kRound ? "round" : "square";
-  std::filesystem::create_directories(folder);
+  make_result_folder(folder);
   draw_force(folder + "/force_x_" + name + ".svg", run, 0);
   draw_force(folder + "/force_y_" + name + ".svg", run, 1);
   draw_contour(folder + "/deflection_" + name + ".svg", shape, run);
 }
 
 void draw_validation(const std::string& folder, const StageLab& lab, const StageNetworks& networks) {
-  std::filesystem::create_directories(folder);
+  make_result_folder(folder);
   const DeflectionCorrection::Config config = learnt(lab, networks, {1, 1}, 0);
   const StageRun run = lab.run(validation_program(), {}, &config);
   for (int axis = 0; axis < 2; ++axis) {

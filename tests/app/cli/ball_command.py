@@ -86,7 +86,7 @@ class Ball(unittest.TestCase):
         bad.write_text("x_mm,y_mm,z_mm\n1,2,three\n")
         for arguments, code, said in (
                 (("fit", bad, "--machine", MACHINE), 2, "bad.csv:2: 'three' is no number"),
-                (("fit", self.path / "none.csv", "--machine", MACHINE), 2, "cannot read these contacts"),
+                (("fit", self.path / "none.csv", "--machine", MACHINE), 2, "none.csv: cannot read this file"),
                 (("fit", self.contacts, "--machine", SOURCE / "configs/hexapod.toml"), 3, "serial"),
                 (("plan", "--machine", SOURCE / "configs/mill.toml", "--ball", 0, 0, 0), 3, "no joint is rotary"),
                 (("plan", "--machine", MACHINE, "--ball", 2000, 0, 0), 2, "reaches the ball in no position"),

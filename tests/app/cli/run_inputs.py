@@ -6,6 +6,7 @@ in which people write it, a machine by its name, and files that cannot be writte
 """
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -132,11 +133,51 @@ class RunInputs(unittest.TestCase):
             self.assertEqual(self.trunnion("interpret", program).stderr, done.stderr)
 
     def test_files_that_cannot_be_written(self):
-        for option in ("--trace", "--path", "--stretches", "--report", "--preview"):
-            (self.folder / "file").write_text("", encoding="ascii")
-            done = self.run_program(PROGRAM, "--machine", "x.toml", option, "file/out")
-            self.assertEqual(done.returncode, 5, (option, done.stderr))
-            self.assertIn("cannot write", done.stderr)
+        (self.folder / "file").write_text("", encoding="ascii")
+        for option in ("--trace", "--path", "--stretches", "--report", "--preview", "--log"):
+            done = self.run_program(PROGRAM, "-m", "x.toml", option, "file/out")
+            self.assertEqual((done.returncode, done.stdout), (5, ""), (option, done.stderr))
+            self.assertRegex(done.stderr, "^file/out: cannot (write|make) .*Not a directory\n$", option)
+
+    def test_what_takes_long_is_not_done_for_nothing(self):
+        """An hour of `latency`, or a commissioning, whose result cannot be written."""
+        (self.folder / "file").write_text("old", encoding="ascii")
+        for words in (("latency", "--seconds", "600", "--svg"), ("workspace", "-m", "mill", "--csv"),
+                      ("workspace", "-m", "mill", "--svg"), ("commission", "-m", "cradle_can", "--protocol"),
+                      ("tune", "X", "-m", "cradle_can", "--emulated", "--write"),
+                      ("tune", "X", "-m", "cradle_can", "--emulated", "--svg"),
+                      ("micromill", "train", "--out"), ("micromill", "experiment", "--pictures"),
+                      ("ballbar", "run", "-m", "cradle", "--out"), ("ballbar", "patterns", "-m", "cradle", "--out")):
+            done = self.trunnion(*words, "file/out")
+            self.assertEqual((done.returncode, done.stdout), (5, ""), (words, done.stderr))
+            self.assertRegex(done.stderr, "^file/out: cannot (write|make) .*Not a directory\n$", words)
+        done = self.trunnion("latency", "--seconds", "0.1", "--svg", "file")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("</svg>", (self.folder / "file").read_text(encoding="utf-8"))
+
+    def test_a_folder_where_a_file_is_meant(self):
+        """Read as a file it is empty: a script of the operator would be one that does nothing."""
+        (self.folder / "traces").mkdir()
+        (self.folder / "part.ngc").write_text(PROGRAM, encoding="ascii")
+        machine = ("--machine", "cradle")
+        for words in (("run", "part.ngc", "--machine", "x.toml", "--operator"), ("replay", "--trace", "t.csv"),
+                      ("scope", "--read"), ("ballbar", "identify", *machine), ("ball", "fit", *machine),
+                      ("joint-table", "fit", *machine)):
+            for name, why in (("traces", "this is a folder; name a file in it"),
+                              ("none", "cannot read this file: No such file or directory")):
+                done = self.trunnion(*words, name)
+                self.assertEqual((done.returncode, done.stdout), (2, ""), (words, done.stderr))
+                self.assertIn(f"{name}: {why}\n", done.stderr, words)
+
+    def test_a_script_from_a_pipe(self):
+        (self.folder / "part.ngc").write_text(PROGRAM, encoding="ascii")
+        command = f"'{BINARY}' run part.ngc --machine x.toml --operator <(echo 0.01 hold; echo 0.5 resume)"
+        done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, cwd=self.folder,
+                              timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        free = self.run_program(PROGRAM, "--machine", "x.toml")
+        periods = [int(re.search(r"(\d+) periods", run.stdout)[1]) for run in (free, done)]
+        self.assertGreater(periods[1], periods[0] + 300)
 
     def test_a_table_that_is_none(self):
         done = self.run_program(PROGRAM, "--machine", "x.toml", "--tools", "x.toml")

@@ -15,6 +15,7 @@
 #include "compensation/fit/ballbar.h"
 #include "compensation/fit/joint_table_fit.h"
 #include "core/frames.h"
+#include "core/safe_file.h"
 #include "core/units.h"
 
 // The pictures of the laboratory have what they are about, and text inside their edges.
@@ -113,8 +114,16 @@ TEST(TextFile, IsWrittenOrSaysWhyNot) {
   std::stringstream text;
   text << std::ifstream(path).rdbuf();
   EXPECT_EQ(text.str(), "one\ntwo\n");
+  EXPECT_THROW(write_text_file("/dev/null/x", "one"), OutputError);
+  check_text_file(path);
+  EXPECT_TRUE(std::filesystem::exists(path));
+  EXPECT_EQ(std::filesystem::file_size(path), 8u) << "as it was";
+  check_text_file(path + ".new");
+  EXPECT_FALSE(std::filesystem::exists(path + ".new"));
   std::filesystem::remove(path);
-  EXPECT_THROW(write_text_file("/dev/null/x", "one"), std::runtime_error);
+  check_text_file("");
+  for (const std::string wrong : {"/dev/null/x", "/", "/no/such/folder/x"})
+    EXPECT_THROW(check_text_file(wrong), OutputError) << wrong;
 }
 
 }  // namespace
