@@ -218,7 +218,7 @@ void add_ball_fit(CLI::App& parent, Exit& exit) {
          "CSV files of examples/probing/ball_calibration.ngc: a line a touch, x_mm y_mm z_mm a_deg c_deg as "
          "G53 calls the place, length_mm and tip_mm of the probe")
       ->required();
-  app->add_option("--machine", options->machine,
+  app->add_option("--machine,-m", options->machine,
                   "the machine by its name, or its config (.toml): the one that was in force when the ball "
                   "was touched")
       ->required();
@@ -245,7 +245,7 @@ void add_ball_plan(CLI::App& parent, Exit& exit) {
   CLI::App* app = parent.add_subcommand(
       "plan",
       "Say in which positions of the rotary axes it is worth touching the ball next, and by how much");
-  app->add_option("--machine", options->machine, kMachineOption)->required();
+  app->add_option("--machine,-m", options->machine, kMachineOption)->required();
   app->add_option("--ball", options->ball_mm,
                   "x y z of the ball's centre, machine coordinates with every axis at zero")
       ->expected(3)

@@ -53,7 +53,7 @@ void add_can_faults(CLI::App& can, Exit& exit) {
   auto options = std::make_shared<FaultOptions>();
   CLI::App* sub =
       can.add_subcommand("faults", "Rehearse what can go wrong on the bus, with emulated drives in memory");
-  sub->add_option("--machine", options->machine, kMachineOption)->required();
+  sub->add_option("--machine,-m", options->machine, kMachineOption)->required();
   sub->add_flag("--json", options->json, "Write JSON, for programs");
   sub->footer(
       std::string("For every row the machine of the config is brought up on emulated drives, homed and put\n"

@@ -193,7 +193,7 @@ CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOpti
                      const std::string& name, const std::string& help,
                      std::function<Exit(const ClientOptions&)> work) {
   CLI::App* client = app.add_subcommand(name, help);
-  client->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
+  client->add_option("--machine,-m", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
   add_timeout(*client, options->timeout_s);
   client->add_option("--remote", options->remote, kRemoteHelp);
   client->footer(

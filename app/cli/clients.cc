@@ -428,7 +428,7 @@ void add_notes(CLI::App& app, Exit& exit) {
   parts->count = -1;
   add_client(app, exit, parts, "parts",
              "Show the counter of parts, or set it, as for a new order: trunnion parts 0", count_parts)
-      .add_option("count", parts->count, "Parts made so far")
+      .add_option("count", parts->count, "Parts made so far: 0 or more")
       ->check(check_whole(0));
 }
 

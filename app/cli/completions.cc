@@ -85,7 +85,7 @@ std::string values_of(const CLI::Option& option, const std::string& begun) {
   const std::vector<std::string> choices = choices_of(option);
   std::string out;
   for (const std::string& choice : choices)
-    if (begins(choice, begun)) out += offer(choice, option.get_description());
+    if (begins(choice, begun)) out += offer(choice, option_text(option));
   const bool text = option.get_type_name().rfind("TEXT", 0) == 0;
   if (!choices.empty() || !text) return out;
   const std::string name = option.get_positional() ? CLI::detail::to_lower(option.get_name(true, false))
@@ -130,7 +130,7 @@ std::string options_of(const CLI::App& app, const std::string& begun) {
   std::string out;
   for (const CLI::Option* option : shown_options(app, false))
     for (const std::string& name : option->get_lnames())
-      if (begins("--" + name, begun)) out += offer("--" + name, option->get_description());
+      if (begins("--" + name, begun)) out += offer("--" + name, option_text(*option));
   return out;
 }
 

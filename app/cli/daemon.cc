@@ -175,7 +175,7 @@ void run_machine(const DaemonOptions& options) {
 void add_daemon(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<DaemonOptions>();
   CLI::App* daemon = app.add_subcommand("daemon", "Run the machine in real time and obey the clients");
-  daemon->add_option("--machine", options->machine, kMachineOption)->required();
+  daemon->add_option("--machine,-m", options->machine, kMachineOption)->required();
   daemon
       ->add_option("--tools", options->tools,
                    "Tool table (LinuxCNC's .tbl), which G10 L1, L10 and L11 change")

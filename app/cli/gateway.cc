@@ -69,7 +69,7 @@ void add_gateway(CLI::App& app, Exit& exit) {
   CLI::App* gateway = app.add_subcommand(
       "gateway", "Let signed commands of other computers in, and hand them to this computer's daemon");
   gateway
-      ->add_option("--machine", *config,
+      ->add_option("--machine,-m", *config,
                    "The machine by its name, or its config (.toml); see [gateway] there")
       ->required();
   gateway->footer(

@@ -136,6 +136,17 @@ std::string first_sentence(const CLI::App& command) {
   return text;
 }
 
+// A unit, a letter of an axis and a value stay as they are.
+std::string option_text(const CLI::Option& option) {
+  std::string text = option.get_description();
+  const std::string word = text.substr(0, text.find(' '));
+  const bool letters = std::all_of(word.begin(), word.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+  const bool unit = word == "mm" || word == "deg" || word == "rad" || word == "um" || word == "ms";
+  const bool value = word.size() < 2 && word != "a";
+  if (letters && !unit && !value) text[0] = upper_case(text[0]);
+  return text;
+}
+
 std::vector<std::string> choices_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t open = type.find('{'), close = type.rfind('}');
@@ -202,7 +213,7 @@ std::string HelpFormatter::make_option(const CLI::Option* opt, bool is_positiona
   std::string name = opt->get_name(is_positional, !is_positional);
   const std::string value = is_positional ? "" : value_name(*opt);
   if (!value.empty()) name += " " + value;
-  return entry(name, opt->get_description() + option_remarks(*opt));
+  return entry(name, option_text(*opt) + option_remarks(*opt));
 }
 
 std::string HelpFormatter::make_description(const CLI::App* app) const {

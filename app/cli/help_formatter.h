@@ -17,6 +17,9 @@ std::string full_text(const CLI::App& command);
 /// What a command does, in one line: "Judge a setpoint trace against the machine's limits".
 std::string first_sentence(const CLI::App& command);
 
+/// What an option is for: "Write the setpoints of every period (CSV)".
+std::string option_text(const CLI::Option& option);
+
 /// The words of "TEXT:{on,off}"; none where any value is legal.
 std::vector<std::string> choices_of(const CLI::Option& option);
 /// False of a flag.

@@ -186,7 +186,7 @@ void add_interpret(CLI::App& app, Exit& exit) {
       "leaves its range, with --canon its canonical machining functions");
   command->add_option("program", options->program, "G-code file")->required();
   command->add_option(
-      "--machine", options->machine,
+      "--machine,-m", options->machine,
       "the machine by its name, or its config (.toml). Without it: all six axis words, no RTCP");
   command->add_flag("--canon", options->canon, "print NIST RS274/NGC canonical functions, one a line");
   command->add_option("--tools", options->tools, "tool table (.tbl)");

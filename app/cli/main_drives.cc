@@ -276,7 +276,7 @@ int main(int argc, char** argv) {
                         })
       ->group("");  // for the packages
   trn::Options options;
-  app.add_option("--machine", options.machine, trn::kMachineOption)->required();
+  app.add_option("--machine,-m", options.machine, trn::kMachineOption)->required();
   app.add_option("--can", options.interfaces,
                  "Interfaces, one for each bus of the config, instead of those it names");
   app.add_option("--faults", options.faults,

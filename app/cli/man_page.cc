@@ -44,7 +44,7 @@ std::string options_text(const CLI::App& app, bool positional) {
   std::string out;
   for (const CLI::Option* option : shown_options(app, positional))
     out += fmt::format(".TP\n{}\n{}\n", option_head(*option),
-                       roff(option->get_description() + option_remarks(*option)));
+                       roff(option_text(*option) + option_remarks(*option)));
   return out;
 }
 

@@ -40,7 +40,7 @@ void add_modbus_faults(CLI::App& modbus, Exit& exit) {
   auto options = std::make_shared<FaultOptions>();
   CLI::App* sub =
       modbus.add_subcommand("faults", "Rehearse what can go wrong with the devices, on emulated ones");
-  sub->add_option("--machine", options->machine, kMachineOption)->required();
+  sub->add_option("--machine,-m", options->machine, kMachineOption)->required();
   sub->add_flag("--json", options->json, "Write JSON, for programs");
   sub->footer(
       std::string(

@@ -61,7 +61,7 @@ void add_mqtt(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<MqttOptions>();
   CLI::App* command = app.add_subcommand("mqtt", "Tell the state of a daemon's machine to an MQTT broker");
   command
-      ->add_option("--machine", options->machine,
+      ->add_option("--machine,-m", options->machine,
                    "The machine whose daemon runs, by its name, or its config (.toml)")
       ->envname("TRUNNION_MACHINE")
       ->required();

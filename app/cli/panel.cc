@@ -198,7 +198,7 @@ void add_panel(CLI::App& app, Exit& exit) {
   CLI::App* command =
       app.add_subcommand("panel", "Serve the operator's page of a daemon's machine to a browser");
   command
-      ->add_option("--machine", options->machine,
+      ->add_option("--machine,-m", options->machine,
                    "the machine whose daemon runs, by its name, or its config (.toml)")
       ->envname("TRUNNION_MACHINE");
   command

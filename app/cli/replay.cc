@@ -67,7 +67,7 @@ void add_replay(CLI::App& app, Exit& exit) {
                                          "are no drives and no clock; the setpoints are the same bits");
   command->add_option("log", options->log, "the session's log")->required();
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)")->required();
-  command->add_option("--machine", options->machine, "config, if it is not where the log says");
+  command->add_option("--machine,-m", options->machine, "config, if it is not where the log says");
   command->add_option("--tools", options->tools, "tool table instead of the one that the log has");
   command->add_option("--vars", options->vars, "variables instead of those that the log has");
   command->footer(

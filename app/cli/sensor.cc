@@ -53,7 +53,7 @@ void add_sensor(CLI::App& app, Exit& exit) {
       "sensor", "Give the daemon's corrections a reading, as the temperature of a ball screw");
   command->add_option("name", options->name, "as the config's corrections name it")->required();
   command->add_option("value", options->value, "temperature in degrees Celsius")->required();
-  command->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
+  command->add_option("--machine,-m", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
   command->add_option("--remote", options->remote, kRemoteHelp);
   add_timeout(*command, options->timeout_s);
   command->add_option("--every", options->every_s, "go on, with one reading every so many seconds")
