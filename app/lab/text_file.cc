@@ -39,11 +39,11 @@ void check_text_file(const std::string& path) {
     return;
   }
   if (errno != EEXIST) cannot_write(path, errno);
-  // A pipe whose reader comes later is none to complain of.
+  // A pipe whose reader comes later, and a link to a file that is made then, are none to complain of.
   const int there = ::open(path.c_str(), kLook | O_NONBLOCK);
   if (there >= 0)
     ::close(there);
-  else if (errno != ENXIO)
+  else if (errno != ENXIO && errno != ENOENT)
     cannot_write(path, errno);
 }
 

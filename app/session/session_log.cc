@@ -253,7 +253,7 @@ std::string make_log_file(const std::string& path) {
       throw OutputError(fmt::format("{}: cannot write the session's log: {}", name, std::strerror(errno)));
     name = fmt::format("{}.{}", path, number);
   }
-  throw std::runtime_error(fmt::format("{}: {} sessions are kept beside it; move some away", path, kLogsMax));
+  throw OutputError(fmt::format("{}: {} sessions are kept beside it; move some away", path, kLogsMax));
 }
 
 SessionHead session_head(const std::string& machine, const std::string& tools, const std::string& vars,

@@ -44,7 +44,7 @@ class Help(unittest.TestCase):
             self.assertEqual(done.stdout, trunnion(*words, "--help").stdout, words)
             for line in done.stdout.splitlines():
                 self.assertLessEqual(len(line), 125, (words, line))
-                self.assertNotRegex(line, r"^  \S.*?  +(?!(mm|deg|rad|um|ms) )[a-z]{2,} \S", words)
+                self.assertNotRegex(line, r"^  -\S.*?  +(?!(mm|deg|rad|um|ms) )[a-z]{2,} \S", words)
                 if line.lstrip().startswith("--machine"):
                     self.fail(f"{words}: -m is a machine of other commands: {line}")
 

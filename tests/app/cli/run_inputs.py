@@ -146,7 +146,8 @@ class RunInputs(unittest.TestCase):
                       ("workspace", "-m", "mill", "--svg"), ("commission", "-m", "cradle_can", "--protocol"),
                       ("tune", "X", "-m", "cradle_can", "--emulated", "--write"),
                       ("tune", "X", "-m", "cradle_can", "--emulated", "--svg"),
-                      ("micromill", "train", "--out"), ("micromill", "experiment", "--pictures"),
+                      ("micromill", "train", "-m", "micro_stage", "--out"),
+                      ("micromill", "experiment", "-m", "micro_stage", "--pictures"),
                       ("ballbar", "run", "-m", "cradle", "--out"), ("ballbar", "patterns", "-m", "cradle", "--out")):
             done = self.trunnion(*words, "file/out")
             self.assertEqual((done.returncode, done.stdout), (5, ""), (words, done.stderr))
