@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/named_files.h"
 #include "app/daemon/realtime.h"
 #include "app/daemon/tick_thread.h"
 #include "app/lab/commission/commission_machine.h"
@@ -55,6 +57,15 @@ constexpr const char kCommissionFooter[] =
 struct LeftTheList : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// Why the config is not one to write into; empty: it is. A machine that comes with Trunnion is copied first.
+std::string a_config_of_ones_own(const std::string& file) {
+  const std::string no_file = CLI::ExistingFile(file);
+  const auto named = no_file.empty() ? std::nullopt : machine_of_name(file);
+  if (!named) return no_file;
+  return fmt::format("what is found is written into the config, so copy it and give the copy: cp {} {}.toml",
+                     *named, file);
+}
 
 /// The real drives, ticked in real time; a daemon of the machine must not run beside it.
 class RealCommission final : public CommissionMachine {
@@ -190,7 +201,7 @@ void add_commission(CLI::App& app, Exit& exit) {
       ->add_option("--machine,-m", options->machine,
                    "config of the machine; it is written as the list goes on")
       ->required()
-      ->check(CLI::ExistingFile);
+      ->check(a_config_of_ones_own);
   command
       ->add_option("--rehearse", options->truth,
                    "do it with emulated drives that are built and wired as this config says, and answer by "

@@ -289,7 +289,7 @@ void MachineController::enter_state(MachineState before) {
   spdlog::info("{} -> {}{}{}", to_string(before), to_string(now), cause_.empty() ? "" : ": ", cause_);
   const bool latched = now == MachineState::kFault || now == MachineState::kEstop;
   if (!latched) alarms_.over();
-  if (now == MachineState::kIdle) take_back_ahead();
+  if (now == MachineState::kIdle) take_back_ahead(before);
   if (now == MachineState::kIdle)
     status_.program = program_path_;  // behind a typed line or a jog: what 'start' begins
   if (now == MachineState::kFault)
@@ -318,17 +318,17 @@ void MachineController::act(std::uint32_t actions) {
   if (actions & kDoBringUp) bring_up((actions & kDoResetFaults) != 0);
   if (actions & kDoShutDown) shut_down();
   if (actions & kDoExit && !exit_wanted_) {
-    take_back_ahead();
+    take_back_ahead(supervisor_.state());
     exit_wanted_ = true;
     exit_by_ = Clock::now() + kSwitchOffTime;
   }
 }
 
 // Lines of a program are read ahead of its motion. Those that were not driven have set nothing.
-void MachineController::take_back_ahead() {
+void MachineController::take_back_ahead(MachineState before) {
   if (!std::exchange(gave_up_, false)) return;
   under_way_ = false;
-  takes_back_ = true;
+  takes_back_from_ = before;
   program_worker_.post([this, block = in_block_] {
     std::string error;
     try {
@@ -337,8 +337,11 @@ void MachineController::take_back_ahead() {
       error = failure.what();
     }
     return Worker::Done([this, error] {
-      takes_back_ = false;
-      if (!error.empty()) spdlog::error("what was read ahead of the motion is not taken back: {}", error);
+      takes_back_from_.reset();
+      status_due_ = true;
+      if (error.empty()) return;
+      status_.message = "what was read ahead of the motion is not taken back: " + error;
+      spdlog::error("{}", status_.message);
     });
   });
 }
@@ -404,7 +407,7 @@ void MachineController::shut_down() {
 }
 
 bool MachineController::done() const {
-  return exit_wanted_ && (Clock::now() > exit_by_ || ((drives_off_ || !shutting_down_) && !takes_back_));
+  return exit_wanted_ && (Clock::now() > exit_by_ || ((drives_off_ || !shutting_down_) && !takes_back_from_));
 }
 
 std::string MachineController::bad_ending() const {

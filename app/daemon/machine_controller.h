@@ -159,7 +159,13 @@ class MachineController {
     return shown;
   }
 
-  void take_back_ahead();
+  /// Whoever sees the machine idle finds on disk what counts: up to then it shows the state before.
+  MachineState shown_state() const {
+    const MachineState state = supervisor_.state();
+    return state == MachineState::kIdle ? takes_back_from_.value_or(state) : state;
+  }
+
+  void take_back_ahead(MachineState before);
   void post(RtCommand command);
   std::uint32_t unheard() const { return last_id_ - heard_id_; }
   void bring_up(bool reset_faults);
@@ -238,12 +244,12 @@ class MachineController {
   std::string ended_;                                    ///< program that came to its end since the last poll
   std::uint32_t from_line_ = 0;                          ///< of the loaded program; 0: from its start
   std::vector<BlockDeleteChange> block_delete_changes_;  ///< since it began
-  bool under_way_ = false;               ///< a program or typed lines that were started, up to their end
-  bool gave_up_ = false;                 ///< these were given up: see take_back_ahead
-  std::uint64_t in_block_ = 0;           ///< of these, where their motion was last (ProgramStep::block)
-  bool takes_back_ = false;              ///< is at it
-  MeasuredValues measured_;              ///< the same, with how the program found the tables
-  JointVec began_;                       ///< where the machine stood then; empty: it has not begun
+  bool under_way_ = false;      ///< a program or typed lines that were started, up to their end
+  bool gave_up_ = false;        ///< these were given up: see take_back_ahead
+  std::uint64_t in_block_ = 0;  ///< of these, where their motion was last (ProgramStep::block)
+  std::optional<MachineState> takes_back_from_;  ///< is at it, and the machine's state before
+  MeasuredValues measured_;                      ///< the same, with how the program found the tables
+  JointVec began_;                               ///< where the machine stood then; empty: it has not begun
   std::string cause_;                    ///< command and client that the state changes for; "": the machine
   std::string job_message_;              ///< of the job that is being finished
   std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins

@@ -245,8 +245,8 @@ void MachineController::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = status_;
-  fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
-  if (const std::string prepared = prepared_text(); supervisor_.state() == MachineState::kIdle)
+  fill_status(parts_.machine, shown_state(), shown_report(), parts_.statistics, status);
+  if (const std::string prepared = prepared_text(); shown_state() == MachineState::kIdle)
     status.message += status.message.empty() || prepared.empty() ? prepared : "; " + prepared;
   status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
   status.detour = detour_name(

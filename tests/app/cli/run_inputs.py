@@ -139,11 +139,20 @@ class RunInputs(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (5, ""), (option, done.stderr))
             self.assertRegex(done.stderr, "^file/out: cannot (write|make) .*Not a directory\n$", option)
 
+    def test_a_machine_that_comes_with_trunnion_is_copied_before_it_is_written(self):
+        done = self.trunnion("commission", "-m", "cradle_can")
+        self.assertEqual((done.returncode, done.stdout), (5, ""))
+        copy = re.search("give the copy: (cp .*cradle_can.toml cradle_can.toml)$", done.stderr, re.M)
+        self.assertTrue(copy, done.stderr)
+        subprocess.run(copy[1], shell=True, check=True, cwd=self.folder)
+        self.assertTrue((self.folder / "cradle_can.toml").exists())
+        self.assertIn("does not exist", self.trunnion("commission", "-m", "no_such").stderr)
+
     def test_what_takes_long_is_not_done_for_nothing(self):
         """An hour of `latency`, or a commissioning, whose result cannot be written."""
         (self.folder / "file").write_text("old", encoding="ascii")
         for words in (("latency", "--seconds", "600", "--svg"), ("workspace", "-m", "mill", "--csv"),
-                      ("workspace", "-m", "mill", "--svg"), ("commission", "-m", "cradle_can", "--protocol"),
+                      ("workspace", "-m", "mill", "--svg"), ("commission", "-m", "x.toml", "--protocol"),
                       ("tune", "X", "-m", "cradle_can", "--emulated", "--write"),
                       ("tune", "X", "-m", "cradle_can", "--emulated", "--svg"),
                       ("micromill", "train", "-m", "micro_stage", "--out"),

@@ -105,6 +105,7 @@ struct FakePrograms final : ProgramSource {
     return &at;
   }
   void gave_up_at(std::uint64_t block) override {
+    if (slow_disk.valid()) slow_disk.wait();
     gave_up_block = block;
     ++given_up;
   }
@@ -121,7 +122,7 @@ struct FakePrograms final : ProgramSource {
   int abandoned = 0;
   std::uint32_t from_line = 0;
   std::string failure, bad_line;
-  std::shared_future<void> hangs;
+  std::shared_future<void> hangs, slow_disk;
   std::atomic<bool> hanging = false;
 };
 

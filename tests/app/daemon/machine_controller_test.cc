@@ -204,6 +204,27 @@ TEST(MachineController, AProgramThatIsGivenUpIsTakenBack) {
   }
 }
 
+// Whoever waits for the end of a stop reads the tables then.
+TEST(MachineController, ItIsIdleWhenWhatWasReadAheadIsTakenBack) {
+  Bench bench;
+  std::promise<void> disk;
+  bench.programs.slow_disk = disk.get_future().share();
+  bench.start_program();
+  ASSERT_EQ(bench.send(command_t::STOP).outcome, +acknowledge_t::ACCEPTED);
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  ASSERT_EQ(bench.controller.state(), MachineState::kIdle);
+  for (int heard = 0; heard < 2; ++heard) {
+    bench.status.reset();
+    bench.until([&] { return bench.status.has_value(); });
+    EXPECT_EQ(bench.status->state, "stopping");
+    EXPECT_EQ(bench.programs.given_up, 0);
+  }
+  disk.set_value();
+  bench.until([&] { return bench.status->state == "idle"; });
+  EXPECT_EQ(bench.programs.given_up, 1);
+}
+
 TEST(MachineController, AProgramThatHasEndedIsNotTakenBack) {
   Bench bench;
   bench.start_program();

@@ -355,7 +355,7 @@ class ResumeTest(unittest.TestCase):
             shop.ask("mdi", "G10 L2 P2 X100", "--wait")
             shop.ask("load", shop.write("part.ngc", program))
             shop.ask("start")
-            shop.until(lambda s: s["line"] == 3 and shop.joints()[0] > 48)
+            shop.until(lambda s: s["line"] == 3 and shop.joints()[0] > 40)
             shop.ask("stop", "--wait")
             self.assertEqual((shop.parameter(5220), shop.parameter(5210), shop.parameter(5211)), (1, 0, 0))
             stood = shop.joints()[0]
