@@ -168,7 +168,6 @@ Exit commission(const CommissionOptions& options) {
   std::unique_ptr<CommissionMachine> machine;
   std::unique_ptr<CommissionOperator> person;
   Commission::MakeMachine make;
-  check_text_file(options.protocol);
   if (options.truth.empty()) {
     person = std::make_unique<TerminalOperator>();
     make = [&](bool feed_forward) { return std::make_unique<RealCommission>(options.machine, feed_forward); };
@@ -180,6 +179,7 @@ Exit commission(const CommissionOptions& options) {
     };
   }
   const std::string record = options.record.empty() ? options.machine + ".commission.json" : options.record;
+  for (const std::string& path : {options.machine, options.protocol, record}) check_text_file(path);
   Commission list({options.machine, record}, make, machine, *person);
   bool done = false;
   try {

@@ -221,7 +221,8 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   if (options.from_line > 1) fmt::print(stderr, "{}", approach_text(options.from_line, checked.approach));
   fmt::print(stderr, "{}", remark_on(checked));
 
-  if (!options.pictures.empty()) make_result_folder(options.pictures);
+  for (const std::string& folder : {options.pictures, options.logs})
+    if (!folder.empty()) make_result_folder(folder);
   ProgressLine progress(checked.lines);
   std::optional<TraceWriter> trace;
   std::optional<PathExport> path;

@@ -134,7 +134,7 @@ class RunInputs(unittest.TestCase):
 
     def test_files_that_cannot_be_written(self):
         (self.folder / "file").write_text("", encoding="ascii")
-        for option in ("--trace", "--path", "--stretches", "--report", "--preview", "--log"):
+        for option in ("--trace", "--path", "--stretches", "--report", "--preview", "--log", "--logs"):
             done = self.run_program(PROGRAM, "-m", "x.toml", option, "file/out")
             self.assertEqual((done.returncode, done.stdout), (5, ""), (option, done.stderr))
             self.assertRegex(done.stderr, "^file/out: cannot (write|make) .*Not a directory\n$", option)
@@ -153,6 +153,7 @@ class RunInputs(unittest.TestCase):
         (self.folder / "file").write_text("old", encoding="ascii")
         for words in (("latency", "--seconds", "600", "--svg"), ("workspace", "-m", "mill", "--csv"),
                       ("workspace", "-m", "mill", "--svg"), ("commission", "-m", "x.toml", "--protocol"),
+                      ("commission", "-m", "x.toml", "--record"),
                       ("tune", "X", "-m", "cradle_can", "--emulated", "--write"),
                       ("tune", "X", "-m", "cradle_can", "--emulated", "--svg"),
                       ("micromill", "train", "-m", "micro_stage", "--out"),
