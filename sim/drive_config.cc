@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "core/axes.h"
 #include "core/config.h"
 #include "core/joint_range.h"
 #include "core/machine.h"
+#include "core/periods.h"
 #include "core/units.h"
 #include "sim/mechanism_config.h"
 #include "sim/servo_mechanism.h"
@@ -56,10 +56,6 @@ void read_override(const ConfigTable& table, const Joint& joint, JointKeys& keys
   keys.start = table.number(fmt::format("start_{}", unit), keys.start, range);
 }
 
-std::uint32_t periods(double duration_s, double period_s) {
-  return static_cast<std::uint32_t>(std::ceil(duration_s / period_s));
-}
-
 SimulatedJoint::Config make_joint(const Joint& joint, double period_s, const JointKeys& keys) {
   const double unit = joint.kind == JointKind::kRotary ? kRadPerDeg : 1;
   const JointLimit& limit = joint.limit;
@@ -91,7 +87,7 @@ int joint_index(const Machine& machine, const ConfigTable& table, std::string_vi
 SimulatedDrives::ScriptedEvent read_event(const Machine& machine, const ConfigTable& table) {
   static const std::vector<std::string> kKinds = {"fault", "lost", "found", "stuck", "free"};  // as Kind
   SimulatedDrives::ScriptedEvent event;
-  event.period = periods(table.number("at_s", kNotNegative), machine.period_s);
+  event.period = periods_of(table.number("at_s", kNotNegative), machine.period_s);
   event.joint = joint_index(machine, table, "joint");
   const std::string kind = table.choice("event", kKinds);
   event.kind = static_cast<SimulatedDrives::ScriptedEvent::Kind>(
@@ -133,8 +129,10 @@ SimulatedDrives::Config read_simulated_drives(const Machine& machine, const Conf
       mechanisms[i] = read_mechanism(machine.joints[i], machine.period_s, *mechanism);
   }
   SimulatedDrives::Config config;
-  const std::uint32_t start_up = periods(drives.number("start_up_s", 0.05, kNotNegative), machine.period_s);
-  const std::uint32_t homing = periods(drives.number("homing_timeout_s", 120, kPositive), machine.period_s);
+  const std::uint32_t start_up =
+      periods_of(drives.number("start_up_s", 0.05, kNotNegative), machine.period_s);
+  const std::uint32_t homing =
+      periods_of(drives.number("homing_timeout_s", 120, kPositive), machine.period_s);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     config.joints.push_back(make_joint(machine.joints[i], machine.period_s, keys[i]));
     config.joints.back().start_up_periods = start_up;

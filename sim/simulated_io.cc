@@ -2,18 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include "core/periods.h"
 
 namespace trn {
 
 namespace {
-
-std::uint32_t periods(double duration_s, double period_s) {
-  constexpr double kNever = std::numeric_limits<std::uint32_t>::max();
-  return static_cast<std::uint32_t>(std::min(std::ceil(duration_s / period_s - 1e-9), kNever));
-}
 
 const Range kIoNumber{0, kMaxIo - 1};
 
@@ -27,13 +20,13 @@ SimulatedIo::Wire read_wire(const Machine& machine, const ConfigTable& table) {
   wire.analog = table.has("analog_input");
   wire.input = number_of(table, "input", wire.analog);
   wire.output = number_of(table, "output", wire.analog);
-  wire.delay_periods = periods(table.number("delay_s", 0, kNotNegative), machine.period_s);
+  wire.delay_periods = periods_of(table.number("delay_s", 0, kNotNegative), machine.period_s);
   return wire;
 }
 
 SimulatedIo::ScriptedInput read_script(const Machine& machine, const ConfigTable& table) {
   SimulatedIo::ScriptedInput event;
-  event.period = periods(table.number("at_s", kNotNegative), machine.period_s);
+  event.period = periods_of(table.number("at_s", kNotNegative), machine.period_s);
   event.analog = table.has("analog_input");
   event.input = number_of(table, "input", event.analog);
   event.value = table.number("value");

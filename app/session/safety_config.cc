@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 
 #include "app/session/make_drives.h"
 #include "core/config.h"
+#include "core/periods.h"
 #include "core/signal_name.h"
 
 namespace trn {
@@ -16,11 +16,12 @@ namespace trn {
 namespace {
 
 SafetyInputs::Input read_input(const Machine& machine, const ConfigTable& table) {
-  static const std::vector<std::string> kKinds = {"emergency_stop", "enable", "door",
-                                                  "air"};  // as SafetyKind
+  static const std::vector<std::string> kSafetyKinds = {"emergency_stop", "enable", "door",
+                                                        "air"};  // as SafetyKind
   SafetyInputs::Input input;
-  const std::string kind = table.choice("kind", kKinds);
-  input.kind = static_cast<SafetyKind>(std::find(kKinds.begin(), kKinds.end(), kind) - kKinds.begin());
+  const std::string kind = table.choice("kind", kSafetyKinds);
+  input.kind = static_cast<SafetyKind>(std::find(kSafetyKinds.begin(), kSafetyKinds.end(), kind) -
+                                       kSafetyKinds.begin());
   input.from = read_signal_name(machine, table, "from");
   if (!input.from.is_input()) throw table.error("from", "a safety input comes from an input");
   if (!input.from.of_drive() && !machine.root.has("io"))
@@ -29,7 +30,7 @@ SafetyInputs::Input read_input(const Machine& machine, const ConfigTable& table)
     throw table.error("from", "only drives with type = \"canopen\" have inputs; use one of [io]");
   input.safe_when_on = table.choice("safe_when", {"on", "off"}, "on") == "on";
   const double debounce_s = table.number("debounce_s", 0.0, Range{0, 1});
-  input.debounce_periods = static_cast<std::uint32_t>(std::ceil(debounce_s / machine.period_s - 1e-9));
+  input.debounce_periods = periods_of(debounce_s, machine.period_s);
   input.stops_jogs = !table.boolean("jog", false);
   return input;
 }

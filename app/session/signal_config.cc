@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <optional>
 #include <string>
 
 #include "app/session/make_drives.h"
 #include "core/config.h"
+#include "core/periods.h"
 #include "core/signal_name.h"
 
 namespace trn {
@@ -51,11 +51,8 @@ NamedWire read_signal(const Machine& machine, const ConfigTable& table) {
   wire.invert = table.boolean("invert", false);
   out.debounce_s = table.number("debounce_s", 0.0, Range{0, 10});
   out.delay_s = table.number("delay_s", 0.0, Range{0, 600});
-  const auto periods = [&](double time_s) {
-    return static_cast<std::uint32_t>(std::ceil(time_s / machine.period_s - 1e-9));
-  };
-  wire.debounce_periods = periods(out.debounce_s);
-  wire.delay_periods = periods(out.delay_s);
+  wire.debounce_periods = periods_of(out.debounce_s, machine.period_s);
+  wire.delay_periods = periods_of(out.delay_s, machine.period_s);
   return out;
 }
 

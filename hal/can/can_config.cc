@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/periods.h"
 #include "hal/can/can_timing.h"
 #include "hal/can/gantry_config.h"
 #include "hal/can/pdo.h"

@@ -16,6 +16,7 @@
 #include "core/joint_model.h"
 #include "core/joint_range.h"
 #include "core/letter_case.h"
+#include "core/periods.h"
 #include "core/units.h"
 #include "hal/can/cia402.h"
 #include "hal/can/cia402_axis.h"

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "hal/can/nmt.h"
 
 namespace trn {
@@ -35,11 +33,6 @@ CanTiming read_can_timing(const ConfigTable& drives, double period_s) {
   t.touch = drives.choice("probe", {"none", "drive"}, "none") == "drive";
   t.touch_input_bit = static_cast<unsigned>(drives.integer("probe_input_bit", 16, Range{0, 31}));
   return t;
-}
-
-std::uint32_t periods_of(double duration_s, double period_s) {
-  // The 1e-9 keeps 0.05 / 0.001, which is 50 and a rounding error, from becoming 51.
-  return static_cast<std::uint32_t>(std::ceil(duration_s / period_s - 1e-9));
 }
 
 }  // namespace trn

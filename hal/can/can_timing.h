@@ -20,7 +20,4 @@ struct CanTiming {
 /// ConfigError with file, line and column, as all readers.
 CanTiming read_can_timing(const ConfigTable& drives, double period_s);
 
-/// So many periods at least.
-std::uint32_t periods_of(double duration_s, double period_s);
-
 }  // namespace trn

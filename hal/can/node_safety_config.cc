@@ -2,24 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/axes.h"
+#include "core/periods.h"
 #include "core/signal_name.h"
 #include "hal/can/brake.h"
 
 namespace trn {
 
 namespace {
-
-std::uint32_t periods_of(double time_s, double period_s) {
-  return static_cast<std::uint32_t>(std::ceil(time_s / period_s - 1e-9));
-}
 
 // A quick stop from full speed, and a little more: after that the brake closes whatever the encoder says.
 std::uint32_t stop_periods(const Machine& machine, int joint) {

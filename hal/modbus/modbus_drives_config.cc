@@ -6,6 +6,7 @@
 #include "core/axes.h"
 #include "core/config.h"
 #include "core/machine.h"
+#include "core/periods.h"
 #include "core/units.h"
 #include "hal/can/cia402.h"
 #include "hal/can/cia402_axis.h"
@@ -20,10 +21,6 @@ namespace {
 constexpr double kShareMax = 0.7;
 // unit, function, address, count, byte count, four registers, CRC; and so on (protocol 1.1b3, 6.4 and 6.12)
 constexpr double kWriteCharacters = 9 + 8 + 8, kReadCharacters = 8 + 5 + 8;
-
-std::uint32_t periods(double duration_s, double period_s) {
-  return static_cast<std::uint32_t>(std::ceil(duration_s / period_s - 1e-9));
-}
 
 ModbusConfig::Line read_line(const ConfigTable& table) {
   ModbusConfig::Line line;
@@ -158,8 +155,8 @@ ModbusDrivesConfig read_modbus_drives(const Machine& machine, const ConfigTable&
   for (const ConfigTable& table : axes) {
     ModbusAxisConfig axis = read_drive(machine, table, names, config.missed_max);
     check_twice(config, axis, table);
-    axis.axis.enable_periods_max = periods(enable_s, machine.period_s);
-    axis.axis.homing_periods_max = periods(homing_s, machine.period_s);
+    axis.axis.enable_periods_max = periods_of(enable_s, machine.period_s);
+    axis.axis.homing_periods_max = periods_of(homing_s, machine.period_s);
     config.axes.push_back(axis);
   }
   for (std::size_t i = 0; i < lines.size(); ++i) check_budget(config, i, lines[i]);
