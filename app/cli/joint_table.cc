@@ -28,7 +28,7 @@ namespace trn {
 
 namespace {
 
-struct FitOptions {
+struct TableFitOptions {
   std::string measurements, machine, write, plot;
   int table = 0;
 };
@@ -135,7 +135,7 @@ std::vector<ErrorCurve> fit_all(const Machine& machine, const Measured& measured
   return fits;
 }
 
-Exit fit(const FitOptions& options) {
+Exit fit_tables(const TableFitOptions& options) {
   const Machine machine = read_machine(load_config(options.machine));
   const Measured measured = read_measurements(options.measurements, machine);
   const std::vector<ErrorCurve> fits = fit_all(machine, measured, options.table, options.measurements);
@@ -176,7 +176,7 @@ void write_measurements(const std::string& path, const Measured& measured) {
   write_text_file(path, text);
 }
 
-std::vector<JointTable> read_truth(const Machine& machine, const std::string& path) {
+std::vector<JointTable> read_true_tables(const Machine& machine, const std::string& path) {
   const ConfigTable root = load_config(path);
   return read_joint_tables(machine, root.table("corrections").table("joint_table"));
 }
@@ -184,7 +184,7 @@ std::vector<JointTable> read_truth(const Machine& machine, const std::string& pa
 Exit measure(const MeasureOptions& options) {
   Assembly plain = assemble(options.machine), corrected = assemble(options.machine);
   const Machine& machine = plain.machine;
-  const std::vector<JointTable> truth = read_truth(machine, options.truth);
+  const std::vector<JointTable> truth = read_true_tables(machine, options.truth);
   JointMeasureConfig config;
   config.word = word_named(plain, options.word);
   const double unit = config.word < kA ? 1 : kRadPerDeg;
@@ -266,7 +266,7 @@ void add_joint_table(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand(
       "joint-table", "Find the errors of single joints, as a screw's or a scale's, from measurements");
   command->require_subcommand(1);
-  auto options = std::make_shared<FitOptions>();
+  auto options = std::make_shared<TableFitOptions>();
   CLI::App* fit_app = command->add_subcommand(
       "fit", "Find slope, backlash or table of every measured joint, and write the section for the config");
   fit_app
@@ -278,7 +278,7 @@ void add_joint_table(CLI::App& app, Exit& exit) {
       ->check(CLI::Range(2, 200));
   fit_app->add_option("--write", options->write, "write the config section to this file");
   fit_app->add_option("--plot", options->plot, "draw errors and fit (SVG)");
-  fit_app->callback([options, &exit] { exit = guarded(&fit, *options); });
+  fit_app->callback([options, &exit] { exit = guarded(&fit_tables, *options); });
   add_measure(*command, exit);
 }
 

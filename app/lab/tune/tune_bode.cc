@@ -30,7 +30,7 @@ constexpr double kBeyondSeen = 1.3;  // of the greatest frequency: farther away 
 constexpr double kSlowestSwing_hz = 5;
 constexpr std::size_t kGapMax = 8;                               // frequencies
 constexpr double kNotRigid = 0.1, kExplained = 0.5, kDip = 0.6;  // of the rigid response; of what that leaves
-constexpr double kFast = 0.2, kSlowestMoving = 0.01;             // of the joint's velocity
+constexpr double kStrokeSpeed = 0.2, kSlowestMoving = 0.01;      // of the joint's velocity
 
 std::vector<double> differences(const std::vector<double>& q, double period_s) {
   std::vector<double> out(q.size());
@@ -244,7 +244,7 @@ TuneLoop measure_loop(const TuneData& data, const TuneFit& fit, const Joint& joi
   const std::vector<double> v = smooth_velocity(data.measured, dt);
   const std::vector<double> seen = accelerations(data.measured, dt);
   const std::vector<std::size_t> moving = moving_windows(v, kSlowestMoving * joint.limit.velocity);
-  loop.closed = stroke_response(data, kFast * joint.limit.velocity);
+  loop.closed = stroke_response(data, kStrokeSpeed * joint.limit.velocity);
   loop.mechanics = response(rigid_acceleration(data, fit, v), seen, moving, dt);
   loop.bandwidth_hz = bandwidth(loop.closed);
   loop.seen_up_to_hz = seen_up_to(loop.mechanics);
