@@ -17,8 +17,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-READ_PER_LINE_MAX = 21   # 20 when this was written
-SOURCES_PER_UNIT_MIN = 6  # sources are compiled some at a time; 6.7 when this was written
+READ_PER_LINE_MAX = 14   # 12.8 when this was written
+SOURCES_PER_UNIT_MIN = 8  # sources are compiled some at a time; 8.6 when this was written
 
 
 def lines_of(entry):
