@@ -63,8 +63,10 @@ std::string a_config_of_ones_own(const std::string& file) {
   const std::string no_file = CLI::ExistingFile(file);
   const auto named = no_file.empty() ? std::nullopt : machine_of_name(file);
   if (!named) return no_file;
-  return fmt::format("what is found is written into the config, so copy it and give the copy: cp {} {}.toml",
-                     *named, file);
+  return fmt::format(
+      "what is found is written into the config, so copy it, with the files that it names, and "
+      "give the copy: cp {} {}.toml",
+      *named, file);
 }
 
 /// The real drives, ticked in real time; a daemon of the machine must not run beside it.
