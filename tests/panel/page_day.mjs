@@ -37,14 +37,19 @@ function watch(page, socket) {
   });
 }
 
-/** Waits until all commands of the page are answered and the machine rests behind the last of them. */
-async function rests(page, state = "idle", shown = "Ready") {
+/** Waits until all commands of the page are answered and the page knows the machine's state behind the last of them. */
+async function answered(page, state) {
   const end = Date.now() + kPatienceMs;
   const now = seen.get(page);
-  while (now.asked.size || now.count < now.needs || now.state !== state) {
+  while (now.asked.size || now.count < now.needs || (state && now.state !== state)) {
     if (Date.now() > end) assert.fail(`the machine does not come to rest: ${JSON.stringify(now)}`);
     await new Promise((done) => setTimeout(done, 10));
   }
+}
+
+/** The same, and the machine rests. */
+async function rests(page, state = "idle", shown = "Ready") {
+  await answered(page, state);
   await shows(page, "state", shown);
 }
 
@@ -161,7 +166,10 @@ async function heldJogEnds(page) {
   const presses = await holdsUntil(page, "jog-Z+", async () => Number(await text(page, "machine-Z")) > 15, "Z beyond 15");
   await page.mouse.up();
   await rests(page);
-  assert.equal(jogsSent - jogsBefore, 2 * presses, "the page asks once for a held move, and once for its end");
+  // On a busy host a move may have ended by itself before the button was let go; of that the page asks no end.
+  const asked = jogsSent - jogsBefore;
+  const told = `${presses} held moves and their ends are not ${asked} commands`;
+  assert(asked >= presses && asked <= 2 * presses, told);
   // Positions are shown a moment after the state: those after a move along X are of later.
   await typeLine(page, "G0 X5");
   await shows(page, "work-X", "5.000");
@@ -357,7 +365,11 @@ async function switchesOnHold(page) {
   const stands = await text(page, "machine-X");
   const spindle = page.locator(".figure", { hasText: "Spindle" });
   assert((await spindle.textContent()).startsWith("Spindle9000"), await spindle.textContent());
-  await type("M5");
+  // On a busy host the tick may see a moment later that the machine stands; until then it refuses.
+  for (const end = Date.now() + kPatienceMs; seen.get(page).state !== "away"; await answered(page)) {
+    assert(Date.now() < end, `M5 is not obeyed: ${await part(page, "messages").textContent()}`);
+    await type("M5");
+  }
   await spindle.filter({ hasText: "Spindle0" }).waitFor();
   await shows(page, "sentence", "switches on what the program had on");
   await type("G0 X0");

@@ -32,7 +32,11 @@ def day(binary, source, page, output):
         run = subprocess.run([binary, "run", os.path.join(source, "examples", PROGRAM), "--machine", bench.config,
                               "--tools", os.path.join(source, "examples/tools.tbl"), "--json"], capture_output=True,
                              text=True, check=True, timeout=TIMEOUT_S, env=bench.environment)
-        return browse(bench, source, "page_day.mjs", output, PROGRAM, str(json.loads(run.stdout)["cycle_time_s"]))
+        failed = browse(bench, source, "page_day.mjs", output, PROGRAM, str(json.loads(run.stdout)["cycle_time_s"]))
+        if failed:
+            with open(bench.path("daemon.log"), encoding="utf-8") as log:
+                sys.stderr.writelines(log.readlines()[-20:])
+        return failed
     finally:
         shutil.copy(bench.path("daemon.log"), output)
         bench.close()
