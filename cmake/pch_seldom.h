@@ -1,6 +1,5 @@
 // What the parts use that run seldom: the commands, the daemon around its tick, the panel.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "pch.h"

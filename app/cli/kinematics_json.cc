@@ -13,14 +13,12 @@ namespace trn {
 
 namespace {
 
-using nlohmann::json;
+nlohmann::json vector_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-json vector_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
-
-json branch_json(const std::vector<BranchAxis>& branch) {
-  json out = json::array();
+nlohmann::json branch_json(const std::vector<BranchAxis>& branch) {
+  nlohmann::json out = nlohmann::json::array();
   for (const BranchAxis& axis : branch) {
-    json one{{"joint", axis.joint}, {"offset_mm", vector_json(axis.offset_mm)}};
+    nlohmann::json one{{"joint", axis.joint}, {"offset_mm", vector_json(axis.offset_mm)}};
     if (axis.joint >= 0) {
       one["kind"] = axis.kind == JointKind::kRotary ? "rotary" : "linear";
       one["direction"] = vector_json(axis.direction);
@@ -30,7 +28,7 @@ json branch_json(const std::vector<BranchAxis>& branch) {
   return out;
 }
 
-json serial_json(const ConfigTable& section, const Machine& machine) {
+nlohmann::json serial_json(const ConfigTable& section, const Machine& machine) {
   const SerialBranches branches = read_branches(section, machine.joints);
   const Eigen::AngleAxisd turn(branches.R_MS);
   return {{"tool", branch_json(branches.tool)},
@@ -39,10 +37,11 @@ json serial_json(const ConfigTable& section, const Machine& machine) {
 }
 
 // Six legs or four rails, with the places of their ends.
-json platform_json(const ConfigTable& section, const char* list, const std::vector<std::string>& places) {
-  json actuators = json::array();
+nlohmann::json platform_json(const ConfigTable& section, const char* list,
+                             const std::vector<std::string>& places) {
+  nlohmann::json actuators = nlohmann::json::array();
   for (const ConfigTable& one : section.tables(list)) {
-    json actuator;
+    nlohmann::json actuator;
     for (const std::string& place : places) actuator[place] = vector_json(one.vec3(place));
     actuators.push_back(std::move(actuator));
   }
@@ -54,12 +53,13 @@ json platform_json(const ConfigTable& section, const char* list, const std::vect
 
 }  // namespace
 
-json kinematics_json(const Machine& machine) {
+nlohmann::json kinematics_json(const Machine& machine) {
   const ConfigTable section = machine.root.table("kinematics");
   const std::string type = section.text("type");
-  json out = type == "serial"    ? serial_json(section, machine)
-             : type == "hexapod" ? platform_json(section, "leg", {"base_mm", "platform_mm"})
-                                 : platform_json(section, "rail", {"rail_mm", "direction", "platform_mm"});
+  nlohmann::json out = type == "serial" ? serial_json(section, machine)
+                       : type == "hexapod"
+                           ? platform_json(section, "leg", {"base_mm", "platform_mm"})
+                           : platform_json(section, "rail", {"rail_mm", "direction", "platform_mm"});
   out["type"] = type;
   return out;
 }

@@ -60,7 +60,7 @@ constexpr const char kTuneFooter[] =
 
 volatile std::sig_atomic_t tune_interrupted = 0;
 
-double unit_of(const Joint& joint) { return joint.kind == JointKind::kRotary ? kRadPerDeg : 1; }
+double display_unit(const Joint& joint) { return joint.kind == JointKind::kRotary ? kRadPerDeg : 1; }
 
 bool agreed(const TuneOptions& options, const TunePlan& plan, const Joint& joint) {
   fmt::print(stderr, "{}", announcement(plan, joint));
@@ -85,7 +85,7 @@ class DaemonBench {
     if (!std::isfinite(now.value[2])) throw NoTorque(machine.joints[joint]);
     data_.period_s = now.period_s;
     next_ = now.newest_period + 1;
-    stands_ = unit_of(machine.joints[joint]) * now.value[0];
+    stands_ = display_unit(machine.joints[joint]) * now.value[0];
   }
   double stands() const { return stands_; }
 
@@ -117,7 +117,7 @@ class DaemonBench {
  private:
   // All that was seen up to now, and a moment more.
   void fetch(int stroke, double settle_s) {
-    const double unit = unit_of(machine_.joints[joint_]);
+    const double unit = display_unit(machine_.joints[joint_]);
     std::int64_t end = -1;
     while (end < 0 || next_ < end) {
       const trunnion::scope_data_t rows = scope_.rows(names_, next_);
@@ -175,7 +175,7 @@ Exit tell_tuning(const TuneOptions& options, const TuneData& data, const Joint& 
                  std::size_t first_slow) {
   TuneResult result;
   try {
-    result.fit = fit_joint(data, joint, unit_of(joint) * options.cogging);
+    result.fit = fit_joint(data, joint, display_unit(joint) * options.cogging);
   } catch (const std::runtime_error& error) {
     fmt::print(stderr, "{}\n", error.what());
     return Exit::kBadProgram;
@@ -204,8 +204,8 @@ Exit tune(const TuneOptions& options) {
   TunePlan plan;
   bool go = true;
   const auto plan_of = [&](const Joint& joint, double stands) {
-    wish.length = unit_of(joint) * options.length;
-    wish.cogging_pitch = unit_of(joint) * options.cogging;
+    wish.length = display_unit(joint) * options.length;
+    wish.cogging_pitch = display_unit(joint) * options.cogging;
     wish.stirs = options.shake;
     try {
       plan = plan_tuning(joint, stands, wish);
