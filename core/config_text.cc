@@ -143,6 +143,15 @@ std::optional<TextFlaw> find_encoding_flaw(std::string_view text) {
   return std::nullopt;
 }
 
+std::string_view first_letters(std::string_view text, std::size_t bytes_max) {
+  if (text.size() <= bytes_max) return text;
+  std::size_t end =
+      bytes_max;  // the first byte that goes; a letter goes on with 0b10...... up to three times
+  for (int back = 0; back < 3 && end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80; ++back)
+    --end;
+  return text.substr(0, end);
+}
+
 std::string explain_value(std::string_view line) {
   const std::size_t equals = line.find('=');
   const std::string_view key = trimmed(line.substr(0, std::min(equals, line.size())));

@@ -10,6 +10,7 @@
 #include "app/client/command_table.h"
 #include "app/daemon/telemetry.h"
 #include "core/check.h"
+#include "core/config_text.h"
 
 namespace trn {
 
@@ -142,7 +143,7 @@ acknowledge_t CommandServer::message_of(const Ticket& ticket, const Answer& answ
   message.sequence = ticket.sequence;
   message.outcome = answer.outcome;
   message.status_count = status_count_();
-  message.message = answer.message.substr(0, kMessageBytesMax);
+  message.message = first_letters(answer.message, kMessageBytesMax);
   return message;
 }
 

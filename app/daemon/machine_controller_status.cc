@@ -17,6 +17,7 @@
 #include "app/session/program_step.h"
 #include "app/session/program_time.h"
 #include "core/axes.h"
+#include "core/config_text.h"
 #include "core/fault.h"
 #include "core/motion.h"
 #include "core/ports.h"
@@ -248,7 +249,7 @@ void MachineController::publish_status() {
   fill_status(parts_.machine, shown_state(), shown_report(), parts_.statistics, status);
   if (const std::string prepared = prepared_text(); shown_state() == MachineState::kIdle)
     status.message += status.message.empty() || prepared.empty() ? prepared : "; " + prepared;
-  status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
+  status.message = std::string(first_letters(status.message, CommandServer::kMessageBytesMax));
   status.detour = detour_name(
       (unheard() > 0 && supervisor_.state() == MachineState::kHolding) || jogs_.on_way() ? DetourState::kJogs
                                                                                          : report_.detour);

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "core/config_text.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/g_code.h"
 #include "interp/gcode/measured_values.h"
@@ -20,16 +21,25 @@ namespace trn {
 
 namespace {
 
+// What a terminal would obey is '?', and what is no UTF-8.
+std::string printable(std::string text) {
+  const bool letters = !find_encoding_flaw(text);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if (letters && byte == 0xC2 && static_cast<unsigned char>(text[i + 1]) < 0xA0)
+      text.replace(i, 2, "?");
+    else if (byte < 0x20 || byte == 0x7F || (byte >= 0x80 && !letters))
+      text[i] = '?';
+  }
+  return text;
+}
+
 // The word at the column, for the message: up to the next white space, at most 24 bytes.
 std::string offending(const std::string& line, std::uint32_t column) {
   if (column == 0 || column > line.size()) return {};
   const std::size_t start = column - 1;
-  std::size_t end = start;
-  while (end < line.size() && end - start < 24 && line[end] != ' ' && line[end] != '\t') ++end;
-  std::string text = line.substr(start, end - start);
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7E) c = '?';
-  return text;
+  const std::size_t end = std::min(line.find_first_of(" \t", start), line.size());
+  return printable(std::string(first_letters(std::string_view(line).substr(start, end - start), 24)));
 }
 
 // The G-code word at its start, if there is one: letter and number.

@@ -78,7 +78,13 @@ PROGRAMS = [
     Program("odd_character", START + "G1 X1 ? Y2\nM2\n",
             message="{file}:2:7: unexpected character '?': '?'; legal: a letter with a number, '#', '(', ';' or '/'"),
     Program("umlaut", START + "G1 X1 \u00d6 Y2\nM2\n",
-            message="{file}:2:7: unexpected character 0xC3: '??'; legal: a letter with a number, '#', '(', ';' or '/'"),
+            message="{file}:2:7: unexpected character 0xC3: 'Ö'; legal: a letter with a number, '#', '(', ';' or '/'"),
+    Program("terminal_control", START + "G1 X1 \u009b31m Y2\nM2\n",
+            message="{file}:2:7: unexpected character 0xC2: '?31m'; legal: a letter with a number, '#', '(', ';' or "
+                    "'/'"),
+    Program("long_word_of_umlauts", START + "G1 X" + "\u00d6" * 20 + "\nM2\n",
+            message="{file}:2:4: no value after X: 'X" + "\u00d6" * 11 + "'; legal: a number, #parameter, [expression] "
+                    "or function"),
     Program("two_points", START + "G1 X1.2.3\nM2\n",
             message="{file}:2:5: not a number: '1.2.3'; legal: digits with at most one decimal point, no exponent, "
                     "below 1e15"),

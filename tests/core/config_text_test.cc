@@ -23,6 +23,14 @@ TEST(ConfigText, WhatIsUtf8AndWhatIsNot) {
     EXPECT_EQ(place_of_flaw(bad).substr(0, 5), "1:1: ") << bad;
 }
 
+TEST(ConfigText, ACutTextKeepsWholeLetters) {
+  const std::string text = "a\xC3\xBC\xE2\x82\xAC\xF0\x9F\x94\xA7z";  // of 1, 2, 3, 4 and 1 bytes
+  const std::size_t ends[] = {0, 1, 1, 3, 3, 3, 6, 6, 6, 6, 10, 11, 11};
+  for (std::size_t bytes = 0; bytes < std::size(ends); ++bytes)
+    EXPECT_EQ(first_letters(text, bytes), text.substr(0, ends[bytes])) << bytes;
+  EXPECT_EQ(first_letters(std::string(20, '\x80'), 9).size(), 6u);  // no letters: the cut stays near
+}
+
 TEST(ConfigText, TheFlawHasItsLineAndColumn) {
   EXPECT_EQ(place_of_flaw("# \xC3\xBC\nname = \"M\xFChle\"\n"),
             "2:10: the byte 0xfc is no UTF-8; save the file as UTF-8");
