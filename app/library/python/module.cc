@@ -72,14 +72,26 @@ py::object moves_of(const std::vector<trunnion::Move>& moves) {
                 "feed"_a = column(feed), "tolerance"_a = column(tolerance));
 }
 
-/// The rest of a motion, all at once. Python's other threads go on meanwhile.
-py::object setpoints_of(trunnion::Motion motion, std::size_t joints) {
+constexpr std::size_t kRowsMax = 20'000'000;  // five hours and a half at 1 ms, 4 GB
+
+/// The rest of a motion, all at once, as long as it has no more rows. Python's other threads go on meanwhile,
+/// and Ctrl-C ends it.
+py::object setpoints_of(trunnion::Motion motion, std::size_t joints, const std::string& name,
+                        std::size_t rows_max) {
+  constexpr std::size_t kLookRows = 1 << 14;  // some ten milliseconds
   Table position(joints), velocity(joints), acceleration(joints), words(6);
   std::vector<double> time;
   std::vector<std::uint32_t> line;
   {
     py::gil_scoped_release others;
     for (trunnion::Setpoint setpoint; motion.next(setpoint);) {
+      if (time.size() == rows_max)
+        throw trunnion::Error(name + ": the motion goes on behind " + std::to_string(rows_max) +
+                              " setpoints, which is rows_max; a longer period takes fewer");
+      if (time.size() % kLookRows == 0) {
+        const py::gil_scoped_acquire python;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      }
       time.push_back(setpoint.time_s);
       position.add(setpoint.position);
       velocity.add(setpoint.velocity);
@@ -219,26 +231,27 @@ void add_machine(py::module_& module) {
       .def(
           "plan",
           [](const trunnion::Machine& machine, const std::string& file, double period,
-             const py::object& start, const std::string& tools, const std::string& variables) {
+             const py::object& start, const std::string& tools, const std::string& variables,
+             std::size_t rows_max) {
             return setpoints_of(machine.plan(file, options_of(period, start, tools, variables)),
-                                machine.joints().size());
+                                machine.joints().size(), file, rows_max);
           },
           "file"_a, py::kw_only(), "period"_a = 0, "start"_a = py::tuple(), "tools"_a = "",
-          "variables"_a = "",
+          "variables"_a = "", "rows_max"_a = kRowsMax,
           "The setpoints of a program: time (n), position, velocity, acceleration (n, joints), words (n, 6), "
           "line.\n"
           "period: s between them, 1e-5 to 0.1, 0 for the machine's own; start: the joints where the motion "
-          "begins.")
+          "begins; rows_max: a longer motion is an error, as a row takes some 200 bytes. Ctrl-C ends it.")
       .def(
           "plan_text",
           [](const trunnion::Machine& machine, const std::string& text, double period,
              const py::object& start, const std::string& tools, const std::string& variables,
-             const std::string& name) {
+             const std::string& name, std::size_t rows_max) {
             return setpoints_of(machine.plan_text(text, options_of(period, start, tools, variables), name),
-                                machine.joints().size());
+                                machine.joints().size(), name, rows_max);
           },
           "text"_a, py::kw_only(), "period"_a = 0, "start"_a = py::tuple(), "tools"_a = "",
-          "variables"_a = "", "name"_a = "text", "The same of a text.")
+          "variables"_a = "", "name"_a = "text", "rows_max"_a = kRowsMax, "The same of a text.")
       .def("forward", &forward, "joints"_a, "tool_length"_a = 0.0,
            "Tip and tool axis (from the tip towards the spindle) in the table frame, (n, 3) each.")
       .def("inverse", &inverse, "tip"_a, "axis"_a, "tool_length"_a = 0.0, "near"_a = py::tuple(),

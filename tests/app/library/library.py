@@ -5,11 +5,14 @@ The library as another project uses it: installed, found by CMake, and from Pyth
 trace of the whole kernel, its kinematics against the program `trunnion kin`, its fit against errors that are known.
 """
 import json
+import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 
 TEXT = "G21 G90 G94 G64 P0.02\nG0 X2 Y1\nG1 X22 Y14 F4000\nG4 P0.2\nX-8 Y6\nG2 X4 Y6 I6 J0\nG0 X0 Y0\nM2\n"
@@ -175,12 +178,29 @@ class Python(unittest.TestCase):
         for period in (-1, 1e-12, 0.99e-5, 0.11, float("nan")):
             with self.assertRaisesRegex(trunnion.Error, "period_s = .* is out of range: 1e-05 to 0.1 is legal"):
                 machine.plan_text("M2\n", period=period)
+        with self.assertRaisesRegex(trunnion.Error, "text: the motion goes on behind 1000 setpoints"):
+            machine.plan_text("G4 P999999999\nM2\n", rows_max=1000)
+        rows = len(machine.plan_text("G4 P1\nM2\n").time)
+        self.assertEqual(len(machine.plan_text("G4 P1\nM2\n", rows_max=rows).time), rows)
+        with self.assertRaisesRegex(trunnion.Error, "which is rows_max"):
+            machine.plan_text("G4 P1\nM2\n", rows_max=rows - 1)
         with self.assertRaisesRegex(trunnion.Error, "/tmp:1:1: this is a folder"):
             machine.plan_text("M2\n", tools="/tmp")
         with self.assertRaisesRegex(trunnion.Error, "/dev/zero:1:1: this is no regular file"):
             machine.plan_text("M2\n", variables="/dev/zero")
         with self.assertRaisesRegex(trunnion.Error, "/tmp:1:1: this is a folder"):
             trunnion.Machine("/tmp")
+
+    def test_ctrl_c_ends_a_long_motion(self):
+        """As a person presses it: the signal comes while the call computes without Python."""
+        machine = trunnion.Machine(config("mill"))
+        timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+        timer.start()
+        try:
+            with self.assertRaises(KeyboardInterrupt):
+                machine.plan_text("G4 P999999999\nM2\n", period=1e-5, rows_max=2**60)
+        finally:
+            timer.cancel()
 
     def test_a_place_out_of_range_is_told_as_the_program_run_tells_it(self):
         text = "G21 G90\nG0 X1 Y9999\nM2\n"
