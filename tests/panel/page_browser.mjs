@@ -25,6 +25,12 @@ export async function holdsUntil(page, button, done, what) {
   }
 }
 
+/** Keeps what the browser says. A plan that was told may be gone when it is asked for, as the next one is begun: that is no error. */
+export function complain(complaints, line) {
+  const said = `${line.text()} ${line.location().url}`;
+  if (!/ 404 .*\/api\/v1\/plan$/.test(said)) complaints.push(said);
+}
+
 /** `open` opens a page of the panel with its key, `before` runs in it before anything else; `complaints` is what the browser says against the page. */
 export async function launch(origin, key, sources) {
   const { chromium } = createRequire(join(sources, "package.json"))("playwright-core");
@@ -39,7 +45,7 @@ export async function launch(origin, key, sources) {
     const page = await context.newPage();
     page.setDefaultTimeout(kPatienceMs);
     page.on("pageerror", (error) => complaints.push(String(error.stack ?? error)));
-    page.on("console", (line) => line.type() === "error" && complaints.push(line.text()));
+    page.on("console", (line) => line.type() === "error" && complain(complaints, line));
     await page.goto(key ? `${origin}/#key=${key}` : `${origin}/`);
     return page;
   };

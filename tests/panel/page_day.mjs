@@ -5,7 +5,7 @@
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
 import { join } from "node:path";
-import { holdsUntil, kPatienceMs } from "./page_browser.mjs";
+import { complain, holdsUntil, kPatienceMs } from "./page_browser.mjs";
 
 const [origin, key, sources, output, program, cycle] = process.argv.slice(2);
 const cycleTime = Number(cycle);
@@ -58,7 +58,7 @@ async function open(browser, size, from = address) {
   const page = await context.newPage();
   page.setDefaultTimeout(kPatienceMs);
   page.on("pageerror", (error) => complaints.push(String(error)));
-  page.on("console", (line) => line.type() === "error" && complaints.push(line.text()));
+  page.on("console", (line) => line.type() === "error" && complain(complaints, line));
   page.on("request", (request) => {
     const url = new URL(request.url());
     if (url.host !== new URL(origin).host && url.protocol !== "blob:") complaints.push(`asked ${url.host}`);
