@@ -97,21 +97,31 @@ command_t jog_command(const Machine& machine, const JogOptions& options, bool in
 }
 
 // As under a button: the daemon hears every 25 ms that it is still held. It stops the joint when it hears
-// nothing for longer, as of a command that was suspended; that one does not begin again by itself.
+// nothing for longer, as of a command that was suspended; that one does not begin again by itself. The answer
+// to the first word comes when the way is planned, and the time that this takes is not this command's
+// silence.
 Exit jog_until_let_go(ClientSession& session, const JogOptions& options, command_t command) {
   std::signal(SIGINT, hear_let_go);
   std::signal(SIGTERM, hear_let_go);
   fmt::print(stderr, "{} moves {} until Ctrl-C, or its limit\n", options.axis, options.distance);
   using Clock = std::chrono::steady_clock;
-  for (Clock::time_point told = Clock::now(); let_go == 0; std::this_thread::sleep_for(kRenewEvery)) {
-    const auto silent = Clock::now() - std::exchange(told, Clock::now());
-    if (silent > std::chrono::milliseconds(command.alive_ms)) {
+  const std::chrono::milliseconds alive(command.alive_ms);
+  Clock::time_point told = Clock::now();
+  for (bool begun = false; let_go == 0; begun = true, std::this_thread::sleep_for(kRenewEvery)) {
+    Clock::duration silent = Clock::now() - std::exchange(told, Clock::now());
+    if (silent <= alive) {
+      const acknowledge_t answer = session.client.send(command);
+      if (answer.outcome != acknowledge_t::ACCEPTED) return exit_of(answer);
+      if (!begun) {
+        silent = session.client.longest_look();
+        told = Clock::now();
+      }
+    }
+    if (silent > alive) {
       fmt::print(stderr, "{} stopped, for this command stood still for {:.2f} s; jog anew\n", options.axis,
                  std::chrono::duration<double>(silent).count());
       return Exit::kMachineFault;
     }
-    const acknowledge_t answer = session.client.send(command);
-    if (answer.outcome != acknowledge_t::ACCEPTED) return exit_of(answer);
   }
   command.value = 0;
   command.alive_ms = 0;

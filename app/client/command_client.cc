@@ -70,7 +70,8 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
   command.sequence = ++sequence_;
   command.expires_us = makes_safe(command) ? 0 : expiry_us(command);
   answer_.reset();
-  auto last_heard = Clock::now();
+  auto last_heard = Clock::now(), looked = last_heard;
+  longest_look_ = {};
   const auto working = [&] { return answer_ && answer_->outcome == acknowledge_t::WORKING; };
   while (!answer_ || working()) {
     const auto patience = seconds(timeout_s_) + (working() ? Clock::duration(kAskAgain) : Clock::duration(0));
@@ -80,8 +81,9 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
     const auto ask_again = Clock::now() + std::min(pause, seconds(timeout_s_));
     while (Clock::now() < ask_again && (!answer_ || working())) {
       const std::optional<acknowledge_t> before = std::exchange(answer_, std::nullopt);
-      handle(ask_again);
-      if (answer_) last_heard = Clock::now();
+      handle(std::min<Clock::time_point>(ask_again, Clock::now() + kLook));
+      longest_look_ = std::max(longest_look_, Clock::now() - std::exchange(looked, Clock::now()));
+      if (answer_) last_heard = looked;
       if (!answer_) answer_ = before;
     }
   }

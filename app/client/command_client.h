@@ -33,6 +33,10 @@ class CommandClient {
   /// was lost. NoAnswer after the timeout, when a working daemon falls silent, and when it has gone.
   trunnion::acknowledge_t send(trunnion::command_t command);
 
+  /// The longest time between two looks for an answer in the last `send`: above 50 ms this process was kept
+  /// from running. The daemon may work for longer.
+  std::chrono::steady_clock::duration longest_look() const { return longest_look_; }
+
   /// The first status, from now on, that `wanted` accepts. NoAnswer if no status at all comes within the
   /// timeout; as long as they come, waits up to `patience_s` for the wanted one, then returns nothing.
   std::optional<trunnion::status_t> wait_status(const std::function<bool(const trunnion::status_t&)>& wanted,
@@ -66,6 +70,7 @@ class CommandClient {
   double timeout_s_;
   std::int64_t client_;
   std::int32_t sequence_ = 0;
+  std::chrono::steady_clock::duration longest_look_{};
   std::optional<trunnion::acknowledge_t> answer_;
   std::optional<trunnion::status_t> status_, known_;
   std::optional<trunnion::motion_t> motion_;

@@ -217,7 +217,8 @@ CommandServer::Answer MachineController::jog_along(const command_t& command, con
   const MachineState before = supervisor_.state();
   if (before == MachineState::kHolding && !jogs_along()) return jog_along_held(command);
   if (command.value == 0) {
-    if (jogs_along()) machine_event(Event::kStop);
+    jog_let_go_ = jog_is_planned_;
+    if (jog_is_planned_ || jogs_along()) machine_event(Event::kStop);
     return accepted();
   }
   const DirectionOrder order = jogs_.direction(command, report_, parts_.programs.step(0));
@@ -225,6 +226,7 @@ CommandServer::Answer MachineController::jog_along(const command_t& command, con
   const Decision decision = supervisor_.handle(Event::kMdi, conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
+  jog_is_planned_ = true;
   return mdi(order.program, ticket, [this, command, remark = order.remark] {
     status_.program = kJogProgram;
     job_message_ = remark;
@@ -274,6 +276,12 @@ bool MachineController::jogs_along() const {
   const MachineState state = supervisor_.state();
   return (state == MachineState::kRunning || state == MachineState::kHolding) &&
          status_.program == kJogProgram;
+}
+
+// Whether who wanted the jog has let it go before it began.
+bool MachineController::end_jog_plan() {
+  jog_is_planned_ = false;
+  return std::exchange(jog_let_go_, false);
 }
 
 void MachineController::end_silent_jogs() {

@@ -462,8 +462,11 @@ void MachineController::run_job(const Ticket& ticket, const std::function<void()
     }
     return Worker::Done([=, this, &open_jobs] {
       --open_jobs;
+      const bool let_go = kind == Job::kMdi && end_jog_plan();
       if (generation != generation_)
-        return commands_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
+        return commands_.finish(ticket, let_go ? accepted()
+                                               : CommandServer::Answer{acknowledge_t::FAULT,
+                                                                       "given up: the machine was stopped"});
       cause_ = cause;
       finish_job(ticket, error, then, kind);
       if (!error.empty() && kind == Job::kMdi)  // who typed it is told; for all others nothing has happened

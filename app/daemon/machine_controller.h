@@ -134,6 +134,7 @@ class MachineController {
   Answer retrace(const trunnion::command_t& command);
   Answer jog_along(const trunnion::command_t& command, const Ticket& ticket);
   bool jogs_along() const;
+  bool end_jog_plan();
   void end_silent_jogs();
   void forget_message();
   bool stands_for_tool() const;
@@ -256,7 +257,8 @@ class MachineController {
   bool shutting_down_ = false, drives_off_ = false;  ///< told to switch off; have done so
   bool closing_ = false, exit_wanted_ = false, came_to_rest_ = true;
   JogControl jogs_;
-  JointVec q_hold_;            ///< where the program was held, mm or rad
+  bool jog_is_planned_ = false, jog_let_go_ = false;  ///< one along a direction; before it began
+  JointVec q_hold_;                                   ///< where the program was held, mm or rad
   double held_longer_mm_ = 0;  ///< the tool in force is longer by this than it was there
   std::int64_t status_count_ = 0;
   bool status_due_ = true, tables_due_ = false, alarms_due_ = false;

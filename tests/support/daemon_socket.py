@@ -76,11 +76,13 @@ class DaemonSocket:
     def __exit__(self, *_):
         self.socket.close()
 
-    def command(self, verb, sequence, value=0.0, text="", client=77, joint=0, expires_us=0):
-        """The packet of a command."""
+    def command(self, verb, sequence, value=0.0, text="", client=77, joint=0, expires_us=0, **more):
+        """The packet of a command; `more`: other fields of command_t."""
         message = command_t()
         message.client, message.sequence, message.expires_us = client, sequence, expires_us
         message.verb, message.joint, message.value, message.text = verb, joint, value, text
+        for name, other in more.items():
+            setattr(message, name, other)
         return packet_of(self.machine, "command", message.encode())
 
     def send(self, packet):

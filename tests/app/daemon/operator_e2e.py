@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What an operator relies on, with the daemon's own clients over its real socket: tool changes, commands that must get
-through, what is kept through kills, jogs, and a first daemon without real-time rights.
+through, what is kept through kills, and a first daemon without real-time rights.
 
 usage: operator_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
 
@@ -22,7 +22,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../
 import daemon_e2e  # noqa: E402
 from daemon_socket import DaemonSocket  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
-from shop import TABLE, Shop, assert_replays, held_jog  # noqa: E402
+from shop import TABLE, Shop, assert_replays  # noqa: E402
 
 BINARY = SOURCE = ""
 TWO_TOOLS = "G21 G90\nT1 M6\nG43 H1\nG0 Z10\nG1 X50 F6000\nT2 M6\nG43 H2\nG0 Z10\nG1 X0\nM2\n"
@@ -196,112 +196,6 @@ class OperatorTest(unittest.TestCase):
             shop.ask("resume")
             self.assertEqual(shop.parameter(5400), 2)
             shop.until(lambda s: s["state"] == "idle" and s["message"] == "")
-
-    def test_jog_moves_in_the_words_sense(self):
-        with Shop() as shop:
-            shop.start()
-            for axis in "XYZ":
-                shop.ask("mdi", f"G21 G90 G0 {axis}10", "--wait")
-                there = shop.joints()
-                shop.ask("mdi", f"G0 {axis}0", "--wait")
-                shop.ask("jog", axis, "10", "--wait")
-                for q, expected in zip(shop.joints(), there):
-                    self.assertAlmostEqual(q, expected, places=6)
-                shop.ask("mdi", f"G0 {axis}0", "--wait")
-            shop.ask("jog", "x", "250", "--speed", "50")
-            shop.until(lambda s: s["state"] == "jogging")
-            shop.ask("hold")
-            shop.until(lambda s: s["state"] == "idle")
-            self.assertLess(shop.joints()[0], 200)
-            code, _, err = shop.client("jog", "X", "1000", "--speed", "9999")
-            self.assertEqual(code, 0)
-            self.assertIn("X stops at its limit, 300.0000 mm", err)
-            self.assertIn("limit of 400 mm/s instead of 9999", err)
-            shop.until(lambda s: s["state"] == "idle")
-            code, _, err = shop.client("jog", "X", "1")
-            self.assertEqual(code, 5)
-            self.assertIn("stands at its limit, 300.0000 mm", err)
-
-    def test_a_held_jog_ends_when_it_is_let_go_and_when_its_client_dies(self):
-        with Shop() as shop:
-            shop.start()
-            for end in (signal.SIGINT, signal.SIGKILL, signal.SIGSTOP):
-                with self.subTest(end=end):
-                    client = held_jog(shop, 1, "Y", "-")
-                    try:
-                        self.assertIn("until Ctrl-C, or its limit", client.stderr.readline())
-                        client.send_signal(end)
-                        if end == signal.SIGINT:
-                            self.assertEqual(client.wait(20), 0)
-                            self.assertEqual(json.loads(shop.ask("status", "--json"))["state"], "idle")
-                        after = shop.joints()[1]
-                        shop.until(lambda s: s["state"] == "idle")
-                        self.assertLess(abs(shop.joints()[1] - after), 5 * 0.35)
-                    finally:
-                        client.kill()
-                        client.wait()
-                        client.stderr.close()
-            self.assertGreaterEqual(shop.log_text().count("the jog of Y is ended: its client went silent"), 2)
-
-    def test_jogs_add_up_and_several_joints_move_at_once(self):
-        with Shop() as shop:
-            shop.start()
-            for _ in range(5):
-                shop.ask("jog", "X", "1", "--speed", "2")
-            shop.ask("jog", "Z", "-4", "--percent", "1")
-            shop.until(lambda s: s["state"] == "jogging")
-            shop.until(lambda s: s["state"] == "idle")
-            self.assertEqual(shop.joints()[0], 5)
-            self.assertEqual(shop.joints()[2], -4)
-            code, _, err = shop.client("jog", "X", "ten")
-            self.assertEqual(code, 5)
-            self.assertIn("'ten' is no number", err)
-
-    def test_a_jog_along_the_tool_and_along_the_work(self):
-        with Shop(machine="head") as shop:
-            shop.start()
-            shop.ask("mdi", "G21 G90 G0 A30 C0", "--wait")
-            shop.ask("mdi", "G20 G91 G93", "--wait")
-            codes = json.loads(shop.ask("status", "--json"))["codes"]
-            x, y, z = shop.joints()[:3]
-            shop.ask("jog", "z", "0.5", "--along", "tool", "--wait")  # inch, as the program
-            moved = [b - a for a, b in zip((x, y, z), shop.joints())]
-            # A turns about X: the spindle's own Z leans over in Y.
-            self.assertAlmostEqual(moved[0], 0, places=5)
-            self.assertAlmostEqual(abs(moved[1]), 12.7 * math.sin(math.radians(30)), places=5)
-            self.assertAlmostEqual(abs(moved[2]), 12.7 * math.cos(math.radians(30)), places=5)
-            self.assertEqual(json.loads(shop.ask("status", "--json"))["codes"], codes, "inches, G91 and G93 as before")
-            shop.ask("mdi", "G90 G94 G21 G10 L2 P1 R90", "--wait")
-            x, y, z = shop.joints()[:3]
-            shop.ask("jog", "X", "4", "--along", "work", "--wait")
-            moved = [b - a for a, b in zip((x, y, z), shop.joints())]
-            self.assertAlmostEqual(moved[0], 0, places=5)
-            self.assertAlmostEqual(abs(moved[1]), 4, places=5, msg="the work lies turned by 90 degrees")
-            for end in (signal.SIGINT, signal.SIGKILL):
-                with self.subTest(end=end):
-                    client = held_jog(shop, 2, "Z", "+", "--along", "tool")
-                    try:
-                        client.send_signal(end)
-                        if end == signal.SIGINT:
-                            self.assertEqual(client.wait(20), 0)
-                        after = shop.joints()[2]
-                        shop.until(lambda s: s["state"] == "idle")
-                        self.assertLess(abs(shop.joints()[2] - after), 5 * 0.35)
-                    finally:
-                        client.kill()
-                        client.wait()
-                        client.stderr.close()
-            self.assertIn("went silent", shop.log_text())
-            code, _, err = shop.client("jog", "A", "1", "--along", "tool")
-            self.assertEqual(code, 5)
-            self.assertIn("X, Y and Z have", err)
-        with Shop(machine="hexapod") as shop:
-            shop.start()
-            shop.ask("mdi", "G21 G90 G0 Z5", "--wait")
-            self.assertIn("--along machine", shop.client("jog", "X", "1")[2])
-            shop.ask("jog", "X", "1", "--along", "machine", "--wait")
-            shop.ask("mdi", "G0 X1 Z5", "--wait")  # it stands there already
-            self.assertEqual(json.loads(shop.ask("status", "--json"))["state"], "idle")
 
     def test_how_long_clients_wait_is_said_once_for_all(self):
         def client(line, patience, *options):
@@ -510,20 +404,6 @@ class OperatorTest(unittest.TestCase):
             self.assertEqual([1, 2], [row["number"] for row in tables()["tools"]])
 
     def test_a_dead_process_for_programs_stops_no_machine(self):
-        def process_for_programs():
-            for pid in filter(str.isdigit, os.listdir("/proc")):
-                try:
-                    with open(f"/proc/{pid}/stat", encoding="ascii") as file:
-                        name, rest = file.read().rsplit(")", 1)
-                    maker = rest.split()[1]
-                    with open(f"/proc/{maker}/stat", encoding="ascii") as file:
-                        daemon = file.read().rsplit(")", 1)[1].split()[1]
-                except OSError:  # it has ended
-                    continue
-                if name.endswith("(programs") and daemon == str(shop.process.pid):
-                    return int(pid)
-            self.fail("no process plans programs")
-
         with Shop() as shop:
             record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
             shop.start("--record", record, "--log", log)
@@ -533,7 +413,7 @@ class OperatorTest(unittest.TestCase):
                 shop.ask("load", part)
                 shop.ask("start")
                 shop.until(lambda s: s["state"] == "running" and s["line"] > 10)
-                os.kill(process_for_programs(), kill)
+                os.kill(shop.process_for_programs(), kill)
                 if kill == signal.SIGSTOP:  # it hangs: motion goes on as far as it is planned, and stops there
                     time.sleep(1.5)
                     self.assertEqual(shop.status()["state"], "running")

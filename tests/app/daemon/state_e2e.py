@@ -501,36 +501,6 @@ class StateTest(unittest.TestCase):
                 if "X10000" not in lines:
                     self.assertAlmostEqual(shop.joints()[0], 48, places=6)
 
-    def test_a_suspended_jog_does_not_begin_again(self):
-        with Shop() as shop:
-            shop.start()
-            client = held_jog(shop, 0, "X", "+")
-            client.send_signal(signal.SIGSTOP)
-            shop.until(lambda s: s["state"] == "idle")
-            stands = shop.joints()[0]
-            time.sleep(0.5)
-            client.send_signal(signal.SIGCONT)
-            _, err = client.communicate(timeout=120)
-            self.assertEqual(client.returncode, 4, err)
-            self.assertIn("this command stood still for", err)
-            self.assertEqual(shop.joints()[0], stands)
-
-    def test_a_step_takes_no_dead_man_from_a_held_jog(self):
-        with Shop() as shop:
-            shop.start()
-            client = held_jog(shop, 0, "X", "+")
-            for step in ("0.1", "-0.1"):
-                code, out, err = shop.client("jog", "X", step)
-                self.assertNotEqual(code, 0)
-                self.assertIn("somebody else holds X", out + err)
-            client.kill()
-            shop.client("jog", "X", "0.1")
-            client.communicate()
-            shop.until(lambda s: s["state"] == "idle")
-            stands = shop.joints()[0]
-            time.sleep(0.5)
-            self.assertEqual(shop.joints()[0], stands)
-
     def test_what_was_mistyped_is_refused_with_words(self):
         with Shop() as shop:
             shop.start()
