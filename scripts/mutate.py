@@ -59,8 +59,9 @@ BLIND = {"hal/can": re.compile("Modbus|Indexer|Cabinet"),
          "kernel": re.compile(r"(HoldIsNear|NeverAllocates|OperatorEvents|EveryMachineRuns)\w*/(?!cradle$|mill$)"
                               "|ProgramFuzz|ScrewWarmUp|Drilling|RunPromises|Corrections[.]|HexapodRuns")}
 # What the whole program shows and no part of it: these scripts of tests/ judge last.
-SCRIPTS = {"app/daemon": ["app/daemon/state_e2e", "app/daemon/operator_e2e", "app/daemon/jog_e2e", "app/daemon/pause_e2e",
-                          "app/daemon/resume_e2e", "app/daemon/daemon_e2e", "app/daemon/scope_e2e"],
+SCRIPTS = {"app/daemon": ["app/daemon/state_e2e", "app/daemon/operator_e2e", "app/daemon/jog_e2e",
+                          "app/daemon/pause_e2e", "app/daemon/resume_e2e", "app/daemon/daemon_e2e",
+                          "app/daemon/scope_e2e"],
            "app/lab": ["app/cli/workspace_command", "app/cli/ball_command", "app/cli/commission_command"]}
 SHARDS = {"test_sim": 4}  # its slow tests wait for time-outs: they may do so together
 

@@ -65,7 +65,7 @@ void CommandServer::receive_from(const Peer& peer, const trunnion::command_t& co
                               "('expires_us' by the daemon's clock); ask for the status, then send it again",
                               kCommandLifeMax_s)});
   if (waiting_.empty() && ready_()) return obey(command, ticket);
-  wait(command, ticket);
+  wait(command, ticket, process);
 }
 
 // Not entered in the cache: it may be given the role, and ask again.
@@ -78,14 +78,22 @@ bool CommandServer::may(const Peer& peer, const trunnion::command_t& command, co
   return false;
 }
 
-void CommandServer::wait(const trunnion::command_t& command, const Ticket& ticket) {
+// One process that sends much keeps no other's command from waiting.
+void CommandServer::wait(const trunnion::command_t& command, const Ticket& ticket,
+                         const CommandGate::Sender& process) {
   const bool waits = std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& other) {
     return other.ticket.user == ticket.user && other.ticket.client == ticket.client &&
            other.ticket.sequence == ticket.sequence;
   });
   if (waits) return;
-  if (waiting_.size() >= kWaitingMax) return turn_away(ticket, true);
-  waiting_.push_back({command, ticket});
+  const auto own = static_cast<std::size_t>(std::count_if(
+      waiting_.begin(), waiting_.end(), [&](const Waiting& other) { return other.process == process; }));
+  if (own >= kWaitingOfOne || waiting_.size() >= kWaitingMax)  // not entered in the cache, as in turn_away
+    return send(ticket, message_of(ticket, {acknowledge_t::REFUSED,
+                                            fmt::format("the machine is busy, and {} commands of this client "
+                                                        "wait already; send it again later",
+                                                        own)}));
+  waiting_.push_back({command, ticket, process});
   TRN_CHECK(waiting_.size() <= kWaitingMax);
 }
 

@@ -52,18 +52,19 @@ class CommandServer {
   void give_up_waiting();
 
  private:
-  static constexpr std::size_t kWaitingMax = 64;
+  static constexpr std::size_t kWaitingMax = 64, kWaitingOfOne = 16;  // of all, of one process
 
   struct Waiting {
     trunnion::command_t command;
     Ticket ticket;
+    CommandGate::Sender process;
   };
 
   void receive(const trunnion::command_t& command);
   void receive_from(const Peer& peer, const trunnion::command_t& command);
   bool may(const Peer& peer, const trunnion::command_t& command, const Ticket& ticket);
   void obey(const trunnion::command_t& command, const Ticket& ticket);
-  void wait(const trunnion::command_t& command, const Ticket& ticket);
+  void wait(const trunnion::command_t& command, const Ticket& ticket, const CommandGate::Sender& process);
   void turn_away(const Ticket& ticket, bool may_answer);
   void reply(const Ticket& ticket, const Answer& answer);
   void send(const Ticket& ticket, const trunnion::acknowledge_t& message);

@@ -1,6 +1,8 @@
 #include "app/daemon/command_server.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <thread>
@@ -182,6 +184,29 @@ TEST(CommandServer, AStopInAFloodActsAtOnceAndEndsTheWaiting) {
     bench.server.poll();
     for (const int sequence : bench.obeyed) EXPECT_GE(sequence, 290);
   }
+}
+
+// The machine is busy, and one process has filled its share of what may wait.
+TEST(CommandServer, AFloodKeepsNoOthersCommandFromWaiting) {
+  Bench bench;
+  bench.ready = false;
+  for (int i = 1; i <= 90; ++i) bench.send(bench.command(i));
+  const pid_t child = fork();
+  if (child == 0) {
+    LocalClient other(bench.socket.path);
+    other.publish(bench.config.command_channel(), bench.command(500));
+    _exit(0);
+  }
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+  bench.socket.pump();
+  bench.ready = true;
+  bench.server.poll();
+  ASSERT_EQ(bench.obeyed.size(), 17u);
+  EXPECT_EQ(bench.obeyed.front(), 1);
+  EXPECT_EQ(bench.obeyed.back(), 500);
+  ASSERT_GE(bench.heard.size(), 74u) << "who is turned away is told";
+  EXPECT_EQ(bench.heard.front().sequence, 17);
+  EXPECT_NE(bench.heard.front().message.find("16 commands"), std::string::npos);
 }
 
 TEST(CommandServer, ACommandThatFailsIsAnswered) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Jogs as people ask for them: by axis word or along a direction, in steps or held, by a client that dies, is stopped or
-lets go early.
+"""Jogs as people ask for them: by axis word or along a direction, in steps or held, by a client that dies, is stopped
+or lets go early.
 
 usage: jog_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
 
