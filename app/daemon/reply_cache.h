@@ -12,7 +12,8 @@
 namespace trn {
 
 /// The last answers by (user, client, sequence), so that a command heard twice is answered twice and obeyed
-/// once. Bounded: the oldest answers are forgotten, long after their commands have expired.
+/// once. Bounded: the oldest final answers are forgotten, long after their commands have expired. What is
+/// being worked at is not: it may take longer than a flood of other commands takes to fill the cache.
 class ReplyCache {
  public:
   static constexpr std::size_t kCapacity = 4096;
@@ -25,8 +26,8 @@ class ReplyCache {
  private:
   // Of one user: nobody can spend the numbers of somebody else's client.
   using Key = std::tuple<uid_t, std::int64_t, std::int32_t>;
-  std::map<Key, trunnion::acknowledge_t> answers_;
-  std::deque<Key> oldest_first_;
+  std::map<Key, trunnion::acknowledge_t> working_, final_;
+  std::deque<Key> oldest_first_;  ///< of the final ones
 };
 
 }  // namespace trn

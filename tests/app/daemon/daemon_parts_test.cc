@@ -62,6 +62,22 @@ TEST(ReplyCache, IsBounded) {
   EXPECT_NE(replies.find(1000, command(1, n + 9)), nullptr);
 }
 
+// As `home`, which takes a minute, in a flood of other commands.
+TEST(ReplyCache, WhatIsWorkedAtIsNotForgotten) {
+  ReplyCache replies;
+  const int n = static_cast<int>(ReplyCache::kCapacity);
+  replies.enter(1000, answer(7, 1, trunnion::acknowledge_t::WORKING));
+  for (int i = 0; i < 3 * n; ++i) replies.enter(1000, answer(1, i, trunnion::acknowledge_t::ACCEPTED));
+  ASSERT_NE(replies.find(1000, command(7, 1)), nullptr);
+  EXPECT_EQ(replies.find(1000, command(7, 1))->outcome, +trunnion::acknowledge_t::WORKING);
+  replies.enter(1000, answer(7, 1, trunnion::acknowledge_t::FAULT));
+  for (int i = 0; i < n - 1; ++i) replies.enter(1000, answer(2, i, trunnion::acknowledge_t::ACCEPTED));
+  ASSERT_NE(replies.find(1000, command(7, 1)), nullptr) << "its answer is as young as it is";
+  EXPECT_EQ(replies.find(1000, command(7, 1))->outcome, +trunnion::acknowledge_t::FAULT);
+  replies.enter(1000, answer(3, 1, trunnion::acknowledge_t::ACCEPTED));
+  EXPECT_EQ(replies.find(1000, command(7, 1)), nullptr);
+}
+
 TEST(ProcessLock, RefusesASecondProcessAndNamesTheFirst) {
   const std::string machine = "lock-test-" + std::to_string(getpid());
   const ProcessLock lock(machine);
