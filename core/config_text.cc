@@ -145,8 +145,8 @@ std::optional<TextFlaw> find_encoding_flaw(std::string_view text) {
 
 std::string_view first_letters(std::string_view text, std::size_t bytes_max) {
   if (text.size() <= bytes_max) return text;
-  std::size_t end =
-      bytes_max;  // the first byte that goes; a letter goes on with 0b10...... up to three times
+  // The first byte that goes; behind its first byte a letter has up to three of the form 0b10xxxxxx.
+  std::size_t end = bytes_max;
   for (int back = 0; back < 3 && end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80; ++back)
     --end;
   return text.substr(0, end);

@@ -120,8 +120,7 @@ void forget_other_variables(CLI::App& app, const CLI::App& chosen) {
 
 int tell_usage(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-  // CLI11 meets the value of an environment variable before --help; a wrong one must not hide the help about
-  // it.
+  // CLI11 meets the value of an environment variable before --help, and a wrong one must not hide the help.
   const auto asks = [](const std::string& word) { return word == "--help" || word == "-h"; };
   if (std::any_of(words.begin(), words.end(), asks)) return app.exit(CLI::CallForHelp());
   fmt::print(stderr, "{}", trn::usage_text(app, error, words));

@@ -226,12 +226,13 @@ CommandServer::Answer MachineController::jog_along(const command_t& command, con
   const Decision decision = supervisor_.handle(Event::kMdi, conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
-  jog_is_planned_ = true;
-  return mdi(order.program, ticket, [this, command, remark = order.remark] {
+  const CommandServer::Answer answer = mdi(order.program, ticket, [this, command, remark = order.remark] {
     status_.program = kJogProgram;
     job_message_ = remark;
     jogs_.hear_direction(command, Clock::now());
   });
+  jog_is_planned_ = true;
+  return answer;
 }
 
 // By single jogs of the joints, so that the way back has their corners.

@@ -62,7 +62,7 @@ TEST(ReplyCache, IsBounded) {
   EXPECT_NE(replies.find(1000, command(1, n + 9)), nullptr);
 }
 
-// As `home`, which takes a minute, in a flood of other commands.
+// As `load` of a large program, in a flood of other commands.
 TEST(ReplyCache, WhatIsWorkedAtIsNotForgotten) {
   ReplyCache replies;
   const int n = static_cast<int>(ReplyCache::kCapacity);

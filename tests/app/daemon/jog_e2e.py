@@ -24,6 +24,12 @@ from shop import Shop, held_jog  # noqa: E402
 
 
 class JogTest(unittest.TestCase):
+    def comes_to_rest(self, shop, joint):
+        """At 5 mm/s, within a third of a second."""
+        after = shop.joints()[joint]
+        shop.until(lambda s: s["state"] == "idle")
+        self.assertLess(abs(shop.joints()[joint] - after), 5 * 0.35)
+
     def test_jog_moves_in_the_words_sense(self):
         with Shop() as shop:
             shop.start()
@@ -61,13 +67,10 @@ class JogTest(unittest.TestCase):
                         if end == signal.SIGINT:
                             self.assertEqual(client.wait(20), 0)
                             self.assertEqual(json.loads(shop.ask("status", "--json"))["state"], "idle")
-                        after = shop.joints()[1]
-                        shop.until(lambda s: s["state"] == "idle")
-                        self.assertLess(abs(shop.joints()[1] - after), 5 * 0.35)
+                        self.comes_to_rest(shop, 1)
                     finally:
                         client.kill()
-                        client.wait()
-                        client.stderr.close()
+                        client.communicate()
             self.assertGreaterEqual(shop.log_text().count("the jog of Y is ended: its client went silent"), 2)
 
     def test_jogs_add_up_and_several_joints_move_at_once(self):
@@ -111,13 +114,10 @@ class JogTest(unittest.TestCase):
                         client.send_signal(end)
                         if end == signal.SIGINT:
                             self.assertEqual(client.wait(20), 0)
-                        after = shop.joints()[2]
-                        shop.until(lambda s: s["state"] == "idle")
-                        self.assertLess(abs(shop.joints()[2] - after), 5 * 0.35)
+                        self.comes_to_rest(shop, 2)
                     finally:
                         client.kill()
-                        client.wait()
-                        client.stderr.close()
+                        client.communicate()
             self.assertIn("went silent", shop.log_text())
             code, _, err = shop.client("jog", "A", "1", "--along", "tool")
             self.assertEqual(code, 5)
