@@ -14,6 +14,7 @@
 #include "core/config_text.h"
 #include "core/letter_case.h"
 #include "core/plain_file.h"
+#include "core/utf8.h"
 
 namespace trn {
 

@@ -10,7 +10,7 @@
 #include "app/client/command_table.h"
 #include "app/daemon/telemetry.h"
 #include "core/check.h"
-#include "core/config_text.h"
+#include "core/utf8.h"
 
 namespace trn {
 

@@ -17,10 +17,10 @@
 #include "app/session/program_step.h"
 #include "app/session/program_time.h"
 #include "core/axes.h"
-#include "core/config_text.h"
 #include "core/fault.h"
 #include "core/motion.h"
 #include "core/ports.h"
+#include "core/utf8.h"
 #include "interp/gcode/axis_words.h"
 #include "kernel/rt_messages.h"
 

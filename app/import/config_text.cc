@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "core/config_text.h"
+#include "core/utf8.h"
 
 namespace trn {
 

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "core/config_text.h"
+#include "core/utf8.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/g_code.h"
 #include "interp/gcode/measured_values.h"
