@@ -46,6 +46,8 @@ class CommandServer {
 
   /// The final answer to a command that was left at WORKING.
   void finish(const Ticket& ticket, const Answer& answer);
+  /// Whether who sent that command is still connected.
+  bool reaches(const Ticket& ticket) const { return socket_.peer(ticket.connection) != nullptr; }
   /// Obeys commands that wait, as far as the machine can take them.
   void poll();
   /// What was sent before a stop must not move the machine behind it.

@@ -232,6 +232,7 @@ CommandServer::Answer MachineController::jog_along(const command_t& command, con
     jogs_.hear_direction(command, Clock::now());
   });
   jog_is_planned_ = true;
+  if (command.alive_ms > 0) jog_holder_ = ticket;
   return answer;
 }
 
@@ -282,7 +283,16 @@ bool MachineController::jogs_along() const {
 // Whether who wanted the jog has let it go before it began.
 bool MachineController::end_jog_plan() {
   jog_is_planned_ = false;
+  jog_holder_.reset();
   return std::exchange(jog_let_go_, false);
+}
+
+// Nobody can be heard while a jog is planned, so its client cannot fall silent; but its connection can end.
+void MachineController::let_go_for_the_dead() {
+  if (!jog_holder_ || jog_let_go_ || commands_.reaches(*jog_holder_)) return;
+  spdlog::warn("the jog along a direction does not begin: its client has gone");
+  jog_let_go_ = true;
+  machine_event(Event::kStop);
 }
 
 void MachineController::end_silent_jogs() {

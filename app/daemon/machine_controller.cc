@@ -563,6 +563,7 @@ void MachineController::poll() {
   }
   keep_end();
   drive_worker_.collect();
+  let_go_for_the_dead();
   program_worker_.collect();
   commands_.poll();
   end_silent_jogs();

@@ -135,6 +135,7 @@ class MachineController {
   Answer jog_along(const trunnion::command_t& command, const Ticket& ticket);
   bool jogs_along() const;
   bool end_jog_plan();
+  void let_go_for_the_dead();
   void end_silent_jogs();
   void forget_message();
   bool stands_for_tool() const;
@@ -257,10 +258,11 @@ class MachineController {
   bool shutting_down_ = false, drives_off_ = false;  ///< told to switch off; have done so
   bool closing_ = false, exit_wanted_ = false, came_to_rest_ = true;
   JogControl jogs_;
-  bool jog_is_planned_ = false;  ///< one along a direction, which has not begun
-  bool jog_let_go_ = false;      ///< that one, by whoever asked for it
-  JointVec q_hold_;              ///< where the program was held, mm or rad
-  double held_longer_mm_ = 0;    ///< the tool in force is longer by this than it was there
+  bool jog_is_planned_ = false;                      ///< one along a direction, which has not begun
+  bool jog_let_go_ = false;                          ///< that one, by whoever asked for it
+  std::optional<CommandServer::Ticket> jog_holder_;  ///< of that one, if it ends when its client falls silent
+  JointVec q_hold_;                                  ///< where the program was held, mm or rad
+  double held_longer_mm_ = 0;  ///< the tool in force is longer by this than it was there
   std::int64_t status_count_ = 0;
   bool status_due_ = true, tables_due_ = false, alarms_due_ = false;
   std::optional<trunnion::tables_t> tables_;

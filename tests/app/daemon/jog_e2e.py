@@ -176,6 +176,24 @@ class JogTest(unittest.TestCase):
             shop.ask("jog", "X", "1", "--along", "tool", "--wait")
             self.assertAlmostEqual(shop.joints()[0] - stands[0], 1, places=6)
 
+    def test_a_client_that_dies_before_its_jog_is_planned_moves_nothing(self):
+        with Shop(machine="head") as shop:
+            shop.start()
+            shop.ask("jog", "X", "1", "--along", "tool", "--wait")
+            stands, planner = shop.joints(), shop.process_for_programs()
+            os.kill(planner, signal.SIGSTOP)
+            client = subprocess.Popen([daemon_e2e.BINARY, "jog", "X", "+", "--along", "tool", "--speed", "5",
+                                       "--machine", shop.config], stderr=subprocess.PIPE, text=True)
+            time.sleep(1)
+            client.kill()
+            client.communicate()
+            shop.until(lambda s: "its client has gone" in shop.log_text())
+            os.kill(planner, signal.SIGCONT)
+            shop.until(lambda s: s["state"] == "idle")
+            shop.ask("jog", "Y", "1", "--along", "tool", "--wait")
+            self.assertEqual(shop.joints()[0], stands[0])
+            self.assertAlmostEqual(shop.joints()[1] - stands[1], 1, places=6)
+
     def test_a_suspended_jog_does_not_begin_again(self):
         with Shop() as shop:
             shop.start()
