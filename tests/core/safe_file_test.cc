@@ -14,6 +14,8 @@
 #include <random>
 #include <sstream>
 
+#include "tests/support/rounds.h"
+
 namespace trn {
 namespace {
 
@@ -184,8 +186,7 @@ TEST_F(SafeFile, AWriteThatFailsLeavesTheOldFile) {
 // kill -9 at any moment: the file holds one of the texts, whole, and never an older one than was
 // acknowledged.
 TEST_F(SafeFile, KillsLeaveAWholeFileThatIsNotOlderThanAcknowledged) {
-  const char* longer = std::getenv("TRN_LONG");
-  const int kills = longer ? std::max(200, std::atoi(longer)) : 10;
+  const int kills = test::rounds(10);
   std::mt19937 random(11);
   const auto text_of = [](int k) {
     return std::to_string(k) + "\n" + std::string(20000, static_cast<char>('a' + k % 26)) + "\n";

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <numeric>
 #include <random>
 #include <string>
@@ -14,6 +13,7 @@
 #include "hal/can/pdo.h"
 #include "hal/can/sdo.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 namespace trn {
 namespace {
@@ -160,8 +160,7 @@ TEST(Sdo, CrcOfTheStandardsExample) {
 }
 
 TEST(SdoClient, RandomAnswersNeverHurt) {
-  const char* wish = std::getenv("TRN_LONG");
-  const long rounds = wish ? std::atol(wish) : 20000;
+  const long rounds = test::rounds(20'000);
   std::mt19937 random(1);
   SdoClient reader = client_of_node_5(), blocks = client_of_node_5(true);
   const Bytes data(200, 0x55);

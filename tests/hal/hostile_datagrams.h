@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "hal/lcm_messages.h"
 #include "hal/wire_layout.h"
+#include "tests/support/rounds.h"
 
 // Datagrams that mean harm: well-formed ones of every type, and what malice, noise and other programs make of
 // them.
@@ -183,9 +183,6 @@ inline Bytes datagram(Random& random) {
   return out;
 }
 
-inline int count() {
-  const char* wish = std::getenv("TRN_LONG");
-  return wish ? std::max(20'000, std::atoi(wish)) : 20'000;
-}
+inline int count() { return test::rounds(20'000); }
 
 }  // namespace trn::hostile

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -20,6 +19,7 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/paths.h"
 #include "tests/support/program_words.h"
+#include "tests/support/rounds.h"
 
 namespace trn {
 namespace {
@@ -149,8 +149,7 @@ TEST_P(EveryConfig, LockedNothingMoves) {
 // Override, hold, resume and stop at any tick: an independent judge looks at the setpoints.
 TEST_P(EveryConfig, OperatorEventsNeverBreakALimit) {
   const Assembly probe = assemble(GetParam());
-  const char* count = std::getenv("TRN_LONG");
-  const int scenarios = count ? std::max(1, std::atoi(count) / 100) : 3;
+  const int scenarios = test::rounds(3, 100);
   for (int scenario = 0; scenario < scenarios; ++scenario) {
     std::mt19937_64 rng(static_cast<std::uint64_t>(scenario) + 1);
     std::uniform_int_distribution<int> wait(1, 900), kind(0, 5);

@@ -18,6 +18,7 @@
 #include "tests/kernel/rate_bench.h"
 #include "tests/kernel/shortest_stop.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 namespace trn {
 namespace {
@@ -153,7 +154,7 @@ TEST_P(EveryMachine, PlanIsAnnotatedWithWhatTheJointsDo) {
   EXPECT_LT(worst_j, 2e-3);
 }
 
-int programs() { return std::getenv("TRN_LONG") ? 12 : 1; }
+int programs() { return test::long_form() ? 12 : 1; }
 
 void print_spread(const char* what, std::vector<double>& values) {
   std::sort(values.begin(), values.end());
@@ -227,7 +228,7 @@ TEST_P(EveryMachine, HoldIsNearTheShortestStop) {
 // later, where joints at their greatest jerk may leave the rate no choice.
 TEST_P(EveryMachine, HoldIsNearTheShortestStopOnThePath) {
   constexpr double kAsTheJoint = 1.15, kMost = 1.35;  // the worst known is 1.32
-  const int looked_at_most = std::getenv("TRN_LONG") ? std::max(2, std::atoi(std::getenv("TRN_LONG"))) : 2;
+  const int looked_at_most = test::rounds(2);
   std::vector<double> ratios, over_joint;
   int not_found = 0;
   for (int program = 0; program < programs(); ++program) {
@@ -360,8 +361,7 @@ TEST_P(EveryMachine, AnOverrideIsReachedAndHeldExactly) {
 }
 
 TEST_P(EveryMachine, AnySequenceOfTargetsKeepsTheLimits) {
-  const char* count = std::getenv("TRN_LONG");
-  const int scenarios = count ? std::max(1, std::atoi(count) / 7) : 10;  // of seven machines
+  const int scenarios = test::rounds(10, 7);  // of seven machines
   std::optional<PlannedMotion> motion;
   double worst_of_all = 0;
   long periods = 0;

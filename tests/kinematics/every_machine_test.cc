@@ -12,6 +12,7 @@
 #include "tests/kinematics/sampling.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 // What every machine owes, on every config that ships and on those of tests/data/machines.
 namespace trn {
@@ -96,7 +97,7 @@ class EveryMachine : public testing::TestWithParam<std::string> {
 
 TEST_P(EveryMachine, InverseOfForwardGivesTheJointsBack) {
   Sampler sampler(loaded_, 1);
-  for (int round = 0, n = rounds(20000); round < n && !HasFailure(); ++round) {
+  for (int round = 0, n = test::rounds(20000); round < n && !HasFailure(); ++round) {
     const JointVec q = sampler.joints();
     Pose X;
     ASSERT_EQ(kin_.forward(q, X), KinStatus::kOk) << q.transpose();
@@ -115,7 +116,7 @@ TEST_P(EveryMachine, InverseOfForwardFromANearbySeed) {
   Sampler sampler(loaded_, 2);
   int well_conditioned = 0;
   bool tilts = false;  // false: its rotary axes turn the tool about itself only
-  for (int round = 0, n = rounds(20000); round < n && !HasFailure(); ++round) {
+  for (int round = 0, n = test::rounds(20000); round < n && !HasFailure(); ++round) {
     const JointVec q = sampler.joints(), seed = sampler.near(q);
     Pose X, again;
     ASSERT_EQ(kin_.forward(q, X), KinStatus::kOk);
@@ -130,7 +131,7 @@ TEST_P(EveryMachine, InverseOfForwardFromANearbySeed) {
       EXPECT_NEAR(back[i], q[i], rotary(i) ? kRad : kMm) << q.transpose() << " | " << seed.transpose();
   }
   if (tilts) {
-    EXPECT_GT(well_conditioned, rounds(20000) / 3);
+    EXPECT_GT(well_conditioned, test::rounds(20000) / 3);
   }
 }
 
@@ -265,7 +266,7 @@ TEST_P(EveryMachine, JointsAtTheTipAreThoseOfOrientationSpindleAndInverse) {
 
 TEST_P(EveryMachine, GarbageInIsAStatusNeverANan) {
   Sampler sampler(loaded_, 6);
-  for (int round = 0, n = rounds(20000); round < n && !HasFailure(); ++round) {
+  for (int round = 0, n = test::rounds(20000); round < n && !HasFailure(); ++round) {
     const auto some = [&](double sane) { return sampler.below(4) == 0 ? sampler.garbage() : sane; };
     JointVec q = sampler.joints(), seed = sampler.joints(), out;
     Pose X, X_out;

@@ -16,6 +16,7 @@
 #include "kinematics/segment_distance.h"
 #include "tests/kinematics/machines.h"
 #include "tests/kinematics/sampling.h"
+#include "tests/support/rounds.h"
 
 namespace trn {
 namespace {
@@ -66,7 +67,7 @@ TEST(Hexapod, NewtonConvergesQuadraticallyFromNearby) {
   const auto& hexapod = as<Hexapod>(loaded);
   Sampler sampler(loaded, 21);
   int worst = 0;
-  for (int round = 0, n = rounds(5000); round < n && !HasFailure(); ++round) {
+  for (int round = 0, n = test::rounds(5000); round < n && !HasFailure(); ++round) {
     const JointVec q = sampler.joints();
     Pose truth;
     ASSERT_EQ(hexapod.platform(q, truth), KinStatus::kOk);

@@ -97,10 +97,4 @@ class Sampler {
   Vec3 home_ = loaded_.machine.root.table("kinematics").vec3("home_mm", Vec3::Zero());
 };
 
-/// Rounds of a proof: short by default, TRN_LONG in the environment for the long form.
-inline int rounds(int brief) {
-  const char* wanted = std::getenv("TRN_LONG");
-  return wanted ? std::atoi(wanted) : brief;
-}
-
 }  // namespace trn

@@ -11,6 +11,7 @@
 #include "tests/kinematics/kdl_chain.h"
 #include "tests/kinematics/machines.h"
 #include "tests/kinematics/sampling.h"
+#include "tests/support/rounds.h"
 
 namespace trn {
 namespace {
@@ -81,23 +82,23 @@ void judge_by_kdl(const LoadedMachine& loaded, bool closed_form, int count) {
 TEST(Serial, ShippedConfigsAgreeWithKdl) {
   for (const char* name : {"cradle", "head", "head_table", "mill", "micro_stage", "nutating", "angle_head"}) {
     SCOPED_TRACE(name);
-    judge_by_kdl(load_machine(name), true, std::string(name) == "mill" ? 500 : rounds(3000));
+    judge_by_kdl(load_machine(name), true, std::string(name) == "mill" ? 500 : test::rounds(3000));
   }
 }
 
 TEST(Serial, NutatingAxesAgreeWithKdl) {
   judge_by_kdl(machine_of("XYZBC", tool_xyz() + work('B', "0,1,1", "3,-4,5") + work('C', "0,0,1", "1,2,-60")),
-               true, rounds(3000));
+               true, test::rounds(3000));
   judge_by_kdl(machine_of("XYZAC", tool_xyz() + tool('C', "0,0,1") + tool('A', "1,0,1", "7,0,-90")), true,
-               rounds(3000));
+               test::rounds(3000));
 }
 
 TEST(Serial, ObliqueAxesAgreeWithKdl) {
   const std::string linear = tool('X', "1,0.1,0") + tool('Y', "0,1,0") + tool('Z', "0.1,0.5,1");
   judge_by_kdl(
       machine_of("XYZAC", linear + work('A', "1,0.05,-0.02", "0,3,0") + work('C', "0.1,0,1", "0,0,-75")),
-      true, rounds(3000));
-  judge_by_kdl(machine_of("XYZA", tool_xyz() + work('A', "1,0,0", "0,10,20")), true, rounds(3000));
+      true, test::rounds(3000));
+  judge_by_kdl(machine_of("XYZA", tool_xyz() + work('A', "1,0,0", "0,10,20")), true, test::rounds(3000));
 }
 
 std::string tilt(const std::string& direction, double tilt_deg, const std::string& offset = "0,0,0") {
@@ -116,13 +117,13 @@ TEST(Serial, TiltedHeadsAgreeWithKdl) {
       machine_of("XYZ", tool_xyz() + tilt("0,0,1", 30) + tilt("0,1,0", -90, "5,0,-90") + nose("0,3,-60")),
       true, 500);
   judge_by_kdl(machine_of("XYZB", tool_xyz() + tilt("0,1,1", 25, "0,0,-90") + tool('B', "0,1,0", "1,2,-70")),
-               true, rounds(3000));
+               true, test::rounds(3000));
   judge_by_kdl(
       machine_of("XYZC", tool_xyz() + tool('C', "0,0,1") + tilt("1,0,0", 90, "0,20,-90") + nose("0,0,-40")),
-      true, rounds(3000));
+      true, test::rounds(3000));
   judge_by_kdl(machine_of("XYZAC", tool_xyz() + tilt("0,1,0", 20, "0,0,-50") + work('A', "1,0,0", "0,10,20") +
                                        work('C', "0,0,1", "0,0,-75")),
-               true, rounds(3000));
+               true, test::rounds(3000));
   judge_by_kdl(machine_of("XYZABC", tool_xyz() + tool('C', "0,0,1") + tilt("1,0,0", 10, "0,0,-20") +
                                         tool('A', "1,0,0", "0,0,-50") + tool('B', "0,1,0", "0,0,-80")),
                false, 500);

@@ -12,6 +12,7 @@
 #include "hal/can/bus.h"
 #include "hal/can/frame.h"
 #include "tests/support/allocation_counter.h"
+#include "tests/support/rounds.h"
 
 // The real master against emulated nodes on a virtual bus: every row of the fault table, timed in periods.
 namespace trn {
@@ -287,8 +288,7 @@ TEST(CanField, TheBudgetIsWhatTheBusCarries) {
 }
 
 TEST(CanField, RandomFramesMoveNothing) {
-  const char* wish = std::getenv("TRN_LONG");
-  const long count = wish ? std::atol(wish) : 20000;
+  const long count = test::rounds(20'000);
   Field field("cradle_can.toml");
   field.start();
   std::mt19937 random(7);

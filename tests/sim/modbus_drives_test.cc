@@ -17,6 +17,7 @@
 #include "core/units.h"
 #include "sim/modbus/emulated_positioner.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 // Slow positioning drives: the tick's side against emulated drives on loopback TCP and a pseudo-terminal. The
 // threads follow the tick, so that a period here is shorter than the machine's.
@@ -256,8 +257,7 @@ TEST_P(Indexer, AFaultOfTheDriveIsToldAndReset) {
 // Bytes of anything, some of them answers by their form: nothing may move that was not told to, and a reset
 // brings the drive back where it is. The drive itself hears and obeys throughout.
 TEST_P(Indexer, RandomAnswersMoveNothing) {
-  const char* wish = std::getenv("TRN_LONG");
-  const std::uint64_t wanted = wish ? std::strtoull(wish, nullptr, 10) / 100 : 300;
+  const auto wanted = static_cast<std::uint64_t>(test::rounds(300, 100));
   start();
   go(10, 0.5, 60);
   ASSERT_TRUE(stands_at(10, 0.5));

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <thread>
 
@@ -11,6 +10,7 @@
 #include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_link.h"
 #include "sim/modbus/emulated_line.h"
+#include "tests/support/rounds.h"
 
 // The real Modbus side against emulated devices, on loopback TCP and on a pseudo-terminal.
 namespace trn {
@@ -188,8 +188,7 @@ TEST(FieldDevices, EveryReadingIsToldToTheListener) {
 
 // The parser of answers against noise: header by right or wrong, lengths, counts and content at random.
 TEST(ModbusLink, RandomAnswersAreRefusedOrWellFormed) {
-  const char* wish = std::getenv("TRN_LONG");
-  const long wanted = wish ? std::atol(wish) : 3000;
+  const long wanted = test::rounds(3000);
   Bench bench(false, 0.0004);
   bench.line->noise(7);
   ModbusLink link(bench.config.lines[0].address, 0.0004);

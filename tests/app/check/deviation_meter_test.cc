@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <random>
 
 #include "core/axes.h"
 #include "core/units.h"
 #include "tests/app/check/table_moves.h"
+#include "tests/support/rounds.h"
 
 // Motions whose deviation from the program is known by construction.
 namespace trn {
@@ -490,9 +490,7 @@ ProgramMove random_leg(const Words& at, std::mt19937_64& rng, double tolerance_m
 
 // Against a dense walk: an arc that is short, rises steeply, or is far from the point has its minimum too.
 TEST_F(Meter, NearestPlacesOfAnArcAreThoseOfADenseWalk) {
-  const char* count = std::getenv("TRN_LONG");
-  const int rounds = count ? std::max(1, std::atoi(count)) : 2000;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < test::rounds(2000); ++round) {
     std::mt19937_64 rng(static_cast<std::uint64_t>(round));
     std::uniform_real_distribution<double> u(-1, 1);
     const double radius = std::pow(10, 1.5 * u(rng)), sweep = std::pow(10, 1.5 * u(rng) - 1);
@@ -515,9 +513,7 @@ TEST_F(Meter, NearestPlacesOfAnArcAreThoseOfADenseWalk) {
 
 // The truth is that of all places; those of the legs around may be farther off only at a crossing.
 TEST_F(Meter, TellsTheTruthOnRandomPrograms) {
-  const char* count = std::getenv("TRN_LONG");
-  const int rounds = count ? std::max(1, std::atoi(count)) : 4;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < test::rounds(4); ++round) {
     std::mt19937_64 rng(static_cast<std::uint64_t>(round));
     std::uniform_real_distribution<double> u(-1, 1);
     const double tolerance_mm = std::pow(10, -1.5 + u(rng)), tolerance_deg = std::pow(10, -1.5 + u(rng));

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -28,6 +27,7 @@
 #include "interp/move.h"
 #include "kernel/motion_queue.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 // The process that plans programs, before a queue whose tick is played by the test.
 namespace trn {
@@ -280,8 +280,7 @@ TEST_F(ProgramProcessTest, BetweenProgramsItIsKnownHowTheNextOneBegins) {
 // At random moments of planning, loading and resting. Nothing is left of the old program, and the next one is
 // whole.
 TEST_F(ProgramProcessTest, OneThatIsKilledIsANamedFailureAndTheNextOneWorks) {
-  const char* const count = std::getenv("TRN_LONG");
-  const int kills = count ? std::max(20, std::atoi(count)) : 20;
+  const int kills = test::rounds(20);
   const std::string path = written("zigzag.ngc", zigzag(3000));
   const std::vector<MotionBlock> whole = planned_here(path);
   std::mt19937 rng(7);

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -16,6 +15,7 @@
 #include "app/session/assembly.h"
 #include "core/config.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 namespace trn {
 namespace {
@@ -159,8 +159,7 @@ void try_one(const std::string& ini, const Texts& texts, Outcomes& outcomes) {
 }
 
 TEST(Mutations, EveryTextIsImportedOrRefusedWithItsPlace) {
-  const char* many = std::getenv("TRN_LONG");
-  const int count = many ? std::atoi(many) : 2000;
+  const int count = test::rounds(2000);
   const Texts whole = test_machines();
   std::vector<std::string> machines, names;
   for (const auto& [name, text] : whole) {

@@ -31,6 +31,7 @@
 #include "sim/micromill/micro_mill_plant.h"
 #include "sim/micromill/part_surface.h"
 #include "tests/app/session/machine_run.h"
+#include "tests/support/rounds.h"
 
 // The micro-mill's experiment through the whole kernel, on simulated stages whose friction, ripple, mass and
 // cutter no number of the estimator was chosen with. TRN_LONG=20 (or more) cuts five parts of each shape
@@ -38,10 +39,7 @@
 namespace trn::test {
 namespace {
 
-int plants_wanted() {
-  const char* count = std::getenv("TRN_LONG");
-  return count ? std::clamp(std::atoi(count), 1, 20) : 0;
-}
+int plants_wanted() { return static_cast<int>(std::clamp(test::long_form().value_or(0), 0l, 20l)); }
 
 ExperimentOptions experiment_options() {
   ExperimentOptions out;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <random>
 
 #include "app/session/assembly.h"
@@ -10,6 +9,7 @@
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
 #include "tests/app/session/machine_run.h"
+#include "tests/support/rounds.h"
 
 // A block takes the time that its feed asks for, or longer, and hardly longer where no joint is near a limit:
 // G93, G94 and G95 on every machine with rotary axes, in every path mode, with and without RTCP.
@@ -91,9 +91,7 @@ std::string pass(const Case& c, const std::string& modes, std::mt19937_64& rng) 
 }
 
 TEST(ProgrammedTime, IsTakenByEveryBlock) {
-  const char* count = std::getenv("TRN_LONG");
-  const int rounds = count ? std::max(1, std::atoi(count)) : 1;
-  for (int round = 0; round < rounds; ++round)
+  for (int round = 0; round < test::rounds(1); ++round)
     for (const Case& c : kCases)
       for (const char* modes : {"G93 G64 P0.01", "G93 G61", "G94 G64 P0.01", "G95 S300 M3 G64 P0.02"}) {
         std::mt19937_64 rng(static_cast<std::uint64_t>(round));

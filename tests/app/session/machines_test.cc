@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 
 #include "core/frames.h"
 #include "tests/app/session/machine_run.h"
+#include "tests/support/rounds.h"
 
 // Programs on every machine, through the whole kernel.
 namespace trn::test {
@@ -181,7 +181,7 @@ TEST(OneProgram, MakesTheSamePartOnEveryMachineThatTilts) {
   const MachineRun cradle = tilted_part("cradle", program);
   ASSERT_GT(cradle.samples.size(), 10000u);
   std::vector<const char*> others{"head", "hexapod"};
-  if (std::getenv("TRN_LONG")) others.insert(others.end(), {"head_table", "nutating"});
+  if (test::long_form()) others.insert(others.end(), {"head_table", "nutating"});
   for (const char* name : others) {
     SCOPED_TRACE(name);
     const MachineRun other = tilted_part(name, program);

@@ -21,6 +21,7 @@
 #include "interp/gcode/tool_table.h"
 #include "interp/move.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 // The routines of examples/probing on simulated shapes, whose place, size and angle are known.
 namespace trn {
@@ -133,7 +134,7 @@ class Worst : public testing::Environment {
     worst = std::max(worst, std::abs(error));
   }
   void TearDown() override {
-    if (!std::getenv("TRN_LONG")) return;
+    if (!test::long_form()) return;
     for (const auto& [what, worst] : all()) std::printf("%-28s %.5f\n", what.c_str(), worst);
   }
 
@@ -146,7 +147,9 @@ class Worst : public testing::Environment {
 testing::Environment* const kWorst = testing::AddGlobalTestEnvironment(new Worst);
 
 class ProbingAt : public testing::TestWithParam<unsigned> {};
-INSTANTIATE_TEST_SUITE_P(Seeds, ProbingAt, testing::Range(1u, std::getenv("TRN_LONG") ? 61u : 6u));
+INSTANTIATE_TEST_SUITE_P(Seeds, ProbingAt,
+                         testing::Range(1u, test::long_form() ? 61u
+                                                              : 1u + static_cast<unsigned>(test::brief(5))));
 
 void expect_done(const Probing& run) {
   EXPECT_EQ(run.error, "");

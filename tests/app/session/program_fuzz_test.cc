@@ -14,6 +14,7 @@
 #include "tests/app/session/fuzz/program_generator.h"
 #include "tests/app/session/fuzz/program_judge.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 // Random programs on every machine, held to the promises by judges that share no code with the planner. What
 // they find is made smaller and printed with its seed.
@@ -71,7 +72,7 @@ class ProgramFuzz : public testing::TestWithParam<std::string> {};
 
 TEST_P(ProgramFuzz, EveryProgramKeepsThePromises) {
   const int configs = static_cast<int>(shipped_configs().size());
-  const int count = (environment("TRN_LONG", kShortPrograms) + configs - 1) / configs;
+  const int count = (test::rounds(kShortPrograms) + configs - 1) / configs;
   const int first = environment("TRN_SEED", 1);
   const Assembly assembly = assemble(GetParam());
   const JointVec q_start = standing_joints(assembly);

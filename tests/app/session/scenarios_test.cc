@@ -20,6 +20,7 @@
 #include "tests/kernel/planned_motion.h"
 #include "tests/support/paths.h"
 #include "tests/support/program_words.h"
+#include "tests/support/rounds.h"
 
 // The operator at any tick: overrides of feed and rapid, adaptive feed, hold, resume, single block, stop, and
 // a planner that is late, or a rate planner. The joints are judged twice by a judge that shares no code with
@@ -329,9 +330,8 @@ class Scenario {
 class Operator : public testing::TestWithParam<std::string> {};
 
 void run_scenarios(const std::string& config, RatePlannerHealth health, int in_short) {
-  const char* count = std::getenv("TRN_LONG");
   const auto configs = static_cast<int>(shipped_configs().size());
-  const int scenarios = count ? std::max(1, (std::atoi(count) + configs - 1) / configs) : in_short;
+  const int scenarios = test::rounds(in_short, configs);
   std::optional<PlannedMotion> motion;
   Tally tally;
   int failures = 0;
@@ -380,8 +380,7 @@ TEST_P(Operator, MayDoAnythingWhenTheRatePlannerDies) {
 
 // What the operator changes rests on: the plan of each program alone, as it is driven at 100 %.
 TEST_P(Operator, FindsAPlanWithinTheLimits) {
-  const char* count = std::getenv("TRN_LONG");
-  const int programs = count ? std::max(1, std::atoi(count) / kScenariosPerProgram) : 6;
+  const int programs = test::rounds(6, kScenariosPerProgram);
   double worst = 0;
   for (int seed = 1; seed <= programs; ++seed) {
     const PlannedMotion motion(GetParam(),

@@ -15,6 +15,7 @@
 #include "sim/simulated_screws.h"
 #include "tests/app/session/machine_run.h"
 #include "tests/compensation/true_screw.h"
+#include "tests/support/rounds.h"
 
 // Machining that warms the ball screws of the head, through the whole kernel. What the screws really do comes
 // from a heat equation of its own (finer, implicit, with other friction and cooling than the model has).
@@ -175,7 +176,7 @@ Outcome machine_for(int passes, const std::string& config, const Truth& truth) {
 }
 
 /// An hour in the long form.
-int passes() { return std::getenv("TRN_LONG") ? 125 : 4; }
+int passes() { return test::long_form() ? 125 : 4; }
 
 std::string head_with(const std::string& text) {
   return written("warm_head.toml", text_of(config_of("head")) + text);
@@ -185,7 +186,7 @@ std::string head_with(const std::string& text) {
 /// error.
 void judge_indirect(const Outcome& out) {
   EXPECT_LT(out.left.indirect_um, 0.03);
-  if (std::getenv("TRN_LONG")) {
+  if (test::long_form()) {
     EXPECT_LT(out.left.indirect_um, 0.1 * out.before.indirect_um);
   }
 }

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -25,6 +24,7 @@
 #include "kernel/motion_queue.h"
 #include "kernel/rt_messages.h"
 #include "tests/support/paths.h"
+#include "tests/support/rounds.h"
 
 // M6 through the whole kernel: it waits, is confirmed, is broken off, and is replayed.
 namespace trn {
@@ -223,8 +223,7 @@ TEST(ToolChange, ARunPassesAndSaysSo) {
 // Random programs of moves and tools, some stopped on the way: replayed to the bit, and the spindle's tool is
 // the last that was confirmed.
 TEST(ToolChange, SessionsAreReplayedBitForBit) {
-  const char* longer = std::getenv("TRN_LONG");
-  const int count = longer ? std::max(20, std::atoi(longer) / 10) : 3;
+  const int count = test::rounds(3, 10);
   for (int seed = 1; seed <= count; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(static_cast<unsigned>(seed));

@@ -13,6 +13,7 @@
 #include "core/frames.h"
 #include "core/units.h"
 #include "tests/kinematics/machines.h"
+#include "tests/support/rounds.h"
 
 // Contacts of a ball on machines with known errors: identification against the truth and the Cramér-Rao
 // bound.
@@ -154,7 +155,7 @@ TEST(BallFit, KnownErrorsAreTheStart) {
 // Many calibrations with 1 um of noise: no estimator can scatter less than the bound, and this one reaches
 // it.
 TEST(BallFit, IsAsGoodAsTheCramerRaoBound) {
-  const int runs = std::getenv("TRN_LONG") ? 4000 : 400;
+  const int runs = test::long_form() ? 4000 : 400;
   const ActualChain nominal = chain_of("cradle", 0), truth = chain_of("cradle", 1);
   std::mt19937 random(7);
   Eigen::VectorXd bound, sum, squares, told;

@@ -7,6 +7,7 @@
 #include "compensation/fit/ballbar_fit.h"
 #include "core/units.h"
 #include "tests/kinematics/machines.h"
+#include "tests/support/rounds.h"
 
 // Ball-bar readings against worked numbers; identification against known errors and the Cramer-Rao bound.
 namespace trn {
@@ -227,9 +228,9 @@ void judge_estimator(bool fit_setup, int pairs, double most) {
 }
 
 TEST(Ballbar, TheFitIsAsGoodAsTheReadingsAllow) {
-  const char* count = std::getenv("TRN_LONG");
-  const int pairs = count ? std::max(100, std::atoi(count)) : 12;
-  for (const bool fit_setup : {false, true}) judge_estimator(fit_setup, pairs, count ? 1.2 : 1.8);
+  const bool many = test::long_form().has_value();
+  const int pairs = many ? test::rounds(100) : 12;
+  for (const bool fit_setup : {false, true}) judge_estimator(fit_setup, pairs, many ? 1.2 : 1.8);
 }
 
 TEST(Ballbar, ThePlanarMethodComesNear) {

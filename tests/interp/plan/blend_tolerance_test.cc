@@ -1,4 +1,3 @@
-#include <cstdlib>
 #include <random>
 
 #include "core/axes.h"
@@ -8,6 +7,7 @@
 #include "interp/move.h"
 #include "interp/plan/stages.h"
 #include "tests/interp/plan/geometry_check.h"
+#include "tests/support/rounds.h"
 
 // G64 P where pieces meet in a tangent or nearly so: what a blend takes is judged at every place, by
 // distance.
@@ -57,8 +57,7 @@ double worst_of(const std::vector<ProgramMove>& moves, const std::vector<PlanPie
 }
 
 TEST(BlendTolerance, IsKeptByTangentAndNearlyTangentMoves) {
-  const char* count = std::getenv("TRN_LONG");
-  const int trials = count ? std::max(1, std::atoi(count)) : 300;
+  const int trials = test::rounds(300);
   int blends = 0;
   for (int trial = 0; trial < trials; ++trial) {
     std::mt19937_64 rng(static_cast<std::uint64_t>(trial));

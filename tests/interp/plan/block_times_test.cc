@@ -14,6 +14,7 @@
 #include "interp/plan/speed/speed_planner.h"
 #include "tests/interp/plan/block_clock.h"
 #include "tests/interp/plan/speed_support.h"
+#include "tests/support/rounds.h"
 
 // A block takes the time that its feed asks for, or longer; also where a curve stands for many blocks.
 namespace trn {
@@ -122,8 +123,7 @@ void expect_programmed_times(const std::vector<BlockTime>& blocks, std::uint64_t
 TEST(BlockTimes, InverseTimeOnACurve) {
   static const IdentityMap words({kX, kY, kZ, kA, kC});
   static const TrunnionMap trunnion;
-  const char* count = std::getenv("TRN_LONG");
-  const int trials = count ? std::max(1, std::atoi(count)) : 12;
+  const int trials = test::rounds(12);
   for (int trial = 0; trial < trials; ++trial) {
     std::mt19937_64 rng(static_cast<std::uint64_t>(trial));
     Machine5 machine;

@@ -1,6 +1,5 @@
 #include "interp/plan/geometry/compressor.h"
 
-#include <cstdlib>
 #include <functional>
 #include <random>
 
@@ -11,6 +10,7 @@
 #include "interp/plan/geometry/geometry_planner.h"
 #include "interp/plan/stages.h"
 #include "tests/interp/plan/geometry_check.h"
+#include "tests/support/rounds.h"
 
 namespace trn {
 namespace {
@@ -228,8 +228,7 @@ TEST(Compressor, FeedsStayWithTheirMoves) {
 TEST(Compressor, RandomWalksAreSoundWhateverComesOut) {
   std::mt19937_64 rng(7);
   std::uniform_real_distribution<double> u(-1, 1);
-  const char* long_form = std::getenv("TRN_LONG");
-  const int trials = long_form ? std::atoi(long_form) : 12;
+  const int trials = test::rounds(12);
   for (int trial = 0; trial < trials; ++trial) {
     const double step = std::pow(10, -1.5 + 1.5 * u(rng)), wild = std::pow(10, -0.7 + u(rng));
     const bool five = trial % 2;

@@ -40,10 +40,4 @@ inline DrivenProgram drive_program(const std::vector<ProgramMove>& moves, bool j
   return driven;
 }
 
-/// So many cases: the short form's, or TRN_LONG's if that is more.
-inline int cases_wanted(int short_form) {
-  const char* wish = std::getenv("TRN_LONG");
-  return wish ? std::max(short_form, std::atoi(wish)) : short_form;
-}
-
 }  // namespace trn::speed_test

@@ -2,6 +2,7 @@
 #include "core/frames.h"
 #include "interp/move.h"
 #include "tests/interp/plan/driven_program.h"
+#include "tests/support/rounds.h"
 
 // Random programs of long, short and tiny moves: the speed stage never stops the machine where the path need
 // not. TRN_LONG=10000: so many programs.
@@ -73,7 +74,7 @@ class RandomProgram {
 };
 
 TEST(PlanStops, NoneInRandomPrograms) {
-  for (int seed = 1; seed <= cases_wanted(60); ++seed) {
+  for (int seed = 1; seed <= test::rounds(60); ++seed) {
     const DrivenProgram driven =
         drive_program(RandomProgram(static_cast<unsigned>(seed)).moves(), seed % 10 == 0);
     EXPECT_EQ(driven.stats.fallbacks, 0U) << "seed " << seed;

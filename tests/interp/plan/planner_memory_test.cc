@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include <cstdlib>
 #include <ctime>
 
 #include "core/axes.h"
@@ -11,6 +10,7 @@
 #include "interp/plan/speed/speed_planner.h"
 #include "interp/plan/stages.h"
 #include "tests/interp/plan/speed_support.h"
+#include "tests/support/rounds.h"
 
 // A long program: what the planner holds does not grow with it, and the first block comes soon.
 namespace trn::speed_test {
@@ -53,8 +53,7 @@ ProgramMove surface_move(int i, const Words& from) {
 }
 
 TEST(PlannerMemory, IsBoundedAndTheFirstBlockComesSoon) {
-  const char* wanted = std::getenv("TRN_LONG");
-  const int moves = 40000 * (wanted ? std::max(1, std::atoi(wanted) / 100) : 1);
+  const int moves = 40'000 * test::rounds(1, 100);
   const TrunnionMap map;
   const Joints joints = cradle_joints();
   Watch out;

@@ -5,6 +5,7 @@
 #include "interp/move.h"
 #include "interp/plan/stages.h"
 #include "tests/interp/plan/driven_program.h"
+#include "tests/support/rounds.h"
 
 // Residual blocks: lines and half circles of a tenth of a micrometre and less that rounding leaves between
 // the moves of a program. They cost nothing in continuous mode and keep the tolerances, lines and outputs; in
@@ -93,7 +94,7 @@ struct Program {
 
 TEST(ResidualMoves, CostNoTimeAtCorners) {
   double worst = 0;
-  for (int seed = 1; seed <= cases_wanted(150); ++seed) {
+  for (int seed = 1; seed <= test::rounds(150); ++seed) {
     Program program{std::mt19937_64(static_cast<unsigned>(seed))};
     program.tolerance_mm = seed % 3 == 0 ? 0.05 : 0.01;
     const std::vector<Words> corners = program.corners();
@@ -111,7 +112,7 @@ TEST(ResidualMoves, CostNoTimeAtCorners) {
 
 // Two stops at each end of a tiny move, and no more.
 TEST(ResidualMoves, CostTheirStopsInExactMode) {
-  for (int seed = 1; seed <= cases_wanted(40); ++seed) {
+  for (int seed = 1; seed <= test::rounds(40); ++seed) {
     Program program{std::mt19937_64(static_cast<unsigned>(seed))};
     program.mode = PathMode::kExactPath;
     const std::vector<Words> corners = program.corners();

@@ -5,6 +5,7 @@
 #include "interp/plan/speed/speed_planner.h"
 #include "tests/interp/plan/driven_program.h"
 #include "tests/interp/plan/speed_support.h"
+#include "tests/support/rounds.h"
 
 // A short way that must be driven slowly, between two fast ones, against S-curves in closed form. TRN_LONG=n:
 // so many random ones.
@@ -92,7 +93,7 @@ TEST(SlowBlock, CostsItsOwnTimeAndTheRamps) {
 }
 
 TEST(SlowBlock, RandomOnes) {
-  for (int seed = 1; seed <= cases_wanted(40); ++seed) {
+  for (int seed = 1; seed <= test::rounds(40); ++seed) {
     std::mt19937_64 rng(static_cast<unsigned>(seed));
     const auto power = [&](double low, double high) {
       return std::exp(std::uniform_real_distribution<double>(std::log(low), std::log(high))(rng));

@@ -9,6 +9,7 @@
 #include "core/ports.h"
 #include "interp/plan/speed/speed_options.h"
 #include "tests/interp/plan/speed_support.h"
+#include "tests/support/rounds.h"
 
 // A corpus of seeded random paths: three and five axes, tiny and long moves, sharp and gentle, slow and fast,
 // on quick and slow machines. The planner must find a plan for every window: no stop inside a stretch.
@@ -57,8 +58,7 @@ const JointMap& map_of(const Sample& s) {
 }
 
 TEST(SpeedCorpus, NoStopForWantOfAPlan) {
-  const char* wanted = std::getenv("TRN_LONG");
-  const unsigned count = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 60;
+  const auto count = static_cast<unsigned>(test::rounds(60));
   const char* from = std::getenv("TRN_SEED");
   const unsigned first = from ? static_cast<unsigned>(std::atoi(from)) : 0;
   std::uint64_t windows = 0, slowed = 0;

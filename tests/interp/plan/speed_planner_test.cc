@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <cstring>
 
 #include "core/axes.h"
@@ -12,6 +11,7 @@
 #include "interp/move.h"
 #include "interp/plan/speed/speed_options.h"
 #include "tests/interp/plan/speed_support.h"
+#include "tests/support/rounds.h"
 
 namespace trn::speed_test {
 namespace {
@@ -84,8 +84,7 @@ TEST(SpeedPlanner, CircleIsNearItsOptimum) {
 
 void random_polylines(const JointMap& map, const Joints& joints, double step_mm, double turn_rad, int count) {
   std::mt19937_64 rng(11);
-  const char* wanted = std::getenv("TRN_LONG");
-  const int rounds = wanted ? std::atoi(wanted) : 6;
+  const int rounds = test::rounds(6);
   for (int i = 0; i < rounds; ++i) {
     SCOPED_TRACE(i);
     const double feed = i % 2 == 0 ? 100 : 400, reach = i % 3 == 0 ? 0.05 : 0.5;

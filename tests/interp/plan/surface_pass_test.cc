@@ -10,6 +10,7 @@
 #include "interp/plan/geometry/geometry_planner.h"
 #include "interp/plan/speed/speed_planner.h"
 #include "tests/interp/plan/speed_support.h"
+#include "tests/support/rounds.h"
 
 // Passes over seeded freeform surfaces, the tool along the normal: how finely a pass is cut into moves, in
 // which direction it goes and where its vertices happen to lie must not matter.
@@ -164,8 +165,7 @@ void drive_surface(unsigned seed, bool five, Spreads& all) {
 }
 
 TEST(SurfacePass, CutFinelyOrCoarselyForwardsOrBackwards) {
-  const char* wanted = std::getenv("TRN_LONG");
-  const unsigned count = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 8;
+  const auto count = static_cast<unsigned>(test::rounds(8));
   for (const bool five : {false, true}) {
     SCOPED_TRACE(five ? "five axes" : "three axes");
     Spreads all;

@@ -10,6 +10,7 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/program_config.h"
 #include "tests/interp/gcode/run_program.h"
+#include "tests/support/rounds.h"
 
 // Seeded contours with their ways in and out, judged by an independent offset of the part's outline
 // (Clipper). The tool's centre, as the interpreter gives it, may not lie where the offset outline does not
@@ -22,10 +23,7 @@ using Point = PlaneCurve::Point;
 
 constexpr double kUnits_mm = 4e6;  // Clipper's integers
 
-int contours() {
-  const char* wish = std::getenv("TRN_LONG");
-  return wish ? std::max(600, std::atoi(wish)) : 600;
-}
+int contours() { return test::rounds(600); }
 
 double uniform(std::mt19937& rng, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(rng);

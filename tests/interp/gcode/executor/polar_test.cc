@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <random>
 
 #include "core/frames.h"
 #include "interp/gcode/canon.h"
 #include "tests/interp/gcode/run_program.h"
+#include "tests/support/rounds.h"
 
 // Cycles whose holes are given by @ and ^, beside the same holes written out as G0 and G1.
 namespace trn {
@@ -122,9 +122,8 @@ PolarCase make_case(std::mt19937& rng) {
 }
 
 TEST(Polar, EveryRepeatOfACycleIsAHoleOfItsOwn) {
-  const char* count = std::getenv("TRN_LONG");
   std::mt19937 rng(20);
-  for (int i = 0; i < (count ? 50 * std::atoi(count) : 400); ++i) {
+  for (int i = 0; i < 50 * test::rounds(8); ++i) {
     const PolarCase c = make_case(rng);
     const std::vector<Move> ours = moves_of(c.cycle), expected = moves_of(c.by_hand);
     ASSERT_EQ(ours.size(), expected.size()) << c.cycle << "\n" << c.by_hand;

@@ -11,6 +11,7 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/text/lexer.h"
 #include "tests/interp/gcode/run_program.h"
+#include "tests/support/rounds.h"
 
 // Expressions against a second evaluator that builds and folds the tree while the text is made.
 namespace trn {
@@ -167,8 +168,7 @@ class Maker {
 };
 
 TEST(Expression, AgreesWithTheNaiveEvaluator) {
-  const char* count_text = std::getenv("TRN_LONG");
-  const int count = count_text ? std::atoi(count_text) : 20000;
+  const int count = test::rounds(20'000);
   Maker maker(20);
   for (int i = 0; i < count; ++i) {
     const Tree tree = maker.make(1 + i % 5, 0);

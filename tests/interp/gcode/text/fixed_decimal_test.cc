@@ -5,9 +5,10 @@
 
 #include <bit>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <random>
+
+#include "tests/support/rounds.h"
 
 // The fast writer of four decimals beside fmt: the same digits, or none at all.
 namespace trn {
@@ -43,8 +44,7 @@ TEST(FixedDecimal, WhatItCannotDoIsLeftToFmt) {
 }
 
 TEST(FixedDecimal, DigitsAreThoseOfFmt) {
-  const char* count = std::getenv("TRN_LONG");
-  const int most = count ? 20000 * std::atoi(count) : 200000;
+  const int most = 20'000 * test::rounds(10);
   std::mt19937_64 rng(20);
   for (int i = 0; i < most; ++i) {
     compare(std::bit_cast<double>(rng()));  // any bits
