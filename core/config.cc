@@ -265,9 +265,13 @@ ConfigTable make_root(toml::table parsed, const std::string& name, std::shared_p
 }  // namespace
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& legal) {
+  return nearest_word(word, legal, word.size() / 3 + 1);
+}
+
+std::string nearest_word(std::string_view word, const std::vector<std::string>& legal,
+                         std::size_t edits_max) {
   std::string best;
-  // One letter wrong in three, and one more for short words. Beyond that a proposal would be a guess.
-  std::size_t best_distance = word.size() / 3 + 2;
+  std::size_t best_distance = edits_max + 1;  // beyond that a proposal would be a guess
   for (const std::string& candidate : legal) {
     const std::size_t distance = edit_distance(word, candidate);
     if (distance < best_distance) {

@@ -75,7 +75,9 @@ ConfigTable load_config(const std::string& path);
 /// The same from text; `name` stands for the file in messages.
 ConfigTable parse_config(std::string_view text, const std::string& name);
 
-/// The word of `legal` with the least edit distance to `word`, or "" if none is near.
+/// The word of `legal` with the least edit distance to `word`, or "" if none is near: if more than
+/// `edits_max` letters are wrong, by default one in three and one more.
 std::string nearest_word(std::string_view word, const std::vector<std::string>& legal);
+std::string nearest_word(std::string_view word, const std::vector<std::string>& legal, std::size_t edits_max);
 
 }  // namespace trn

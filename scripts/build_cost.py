@@ -50,7 +50,10 @@ def build(source, folder, target):
     subprocess.run(["cmake", "-S", source, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
                     f"-DCCACHE={launcher}"], **quiet)
     begin, wall = children_s(), time.monotonic()
-    subprocess.run(["cmake", "--build", folder, "-j", str(os.cpu_count()), "--target", target], **quiet)
+    built = subprocess.run(["cmake", "--build", folder, "-j", str(os.cpu_count()), "--target", target], env=environment,
+                           stdout=subprocess.PIPE, text=True, check=False)
+    if built.returncode:
+        sys.exit(f"{built.stdout[-4000:]}\n{target} does not build; what was built stays in {folder}")
     used, wall = children_s() - begin, time.monotonic() - wall
     files = []
     for line in pathlib.Path(f"{launcher}.log").read_text().splitlines():

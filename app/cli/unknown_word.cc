@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "app/cli/help_formatter.h"
+#include "app/cli/meant_command.h"
 #include "core/config.h"
 
 namespace trn {
@@ -18,15 +19,25 @@ std::string name_of(const CLI::App& app) {
   return app.get_parent() ? name_of(*app.get_parent()) + " " + app.get_name() : app.get_name();
 }
 
+// The one that begins so, or the nearest. A slip in every third letter: a command that was not meant can move
+// a machine, so "move" is not near to "home", and "stat" is "status" and not "start".
 std::string near_text(const std::string& word, const std::vector<std::string>& legal) {
-  const std::string near = nearest_word(word, legal);
+  const auto begins = [&](const std::string& name) { return word.size() > 1 && name.starts_with(word); };
+  const auto first = std::find_if(legal.begin(), legal.end(), begins);
+  const bool only = first != legal.end() && std::none_of(first + 1, legal.end(), begins);
+  const std::string near =
+      only ? *first : nearest_word(word, legal, std::max<std::size_t>(1, word.size() / 3));
   return near.empty() ? ";" : fmt::format("; did you mean '{}'?", near);
 }
 
-std::string no_command(const CLI::App& app, const std::string& word) {
+// `words` begin with the one that is none.
+std::string no_command(const CLI::App& app, const std::vector<std::string>& words) {
+  const std::string& word = words.front();
   std::vector<std::string> legal;
   for (const CLI::App* command : shown_commands(app)) legal.push_back(command->get_name());
   if (!app.get_parent()) {
+    if (const std::string meant = meant_command(words); !meant.empty())
+      return fmt::format("'{}' is no command; {}\n", word, meant);
     legal.push_back("help");
     return fmt::format("'{}' is no command{} 'trunnion help' lists them all\n", word, near_text(word, legal));
   }
@@ -113,7 +124,8 @@ const CLI::App* find_command(const CLI::App& app, const std::vector<std::string>
 std::optional<std::string> unknown_word(const CLI::App& app, const std::vector<std::string>& words) {
   const CLI::App* here = &app;
   bool is_value = false;
-  for (const std::string& word : words) {
+  for (auto at = words.begin(); at != words.end(); ++at) {
+    const std::string& word = *at;
     if (is_value) {
       is_value = false;
     } else if (word.size() > 1 && word[0] == '-') {
@@ -124,7 +136,7 @@ std::optional<std::string> unknown_word(const CLI::App& app, const std::vector<s
     } else if (const CLI::App* inner = find_command(*here, {word})) {
       here = inner;
     } else if (!shown_commands(*here).empty()) {
-      return no_command(*here, word);
+      return no_command(*here, {at, words.end()});
     }
   }
   return std::nullopt;

@@ -223,7 +223,7 @@ CommandServer::Answer MachineController::jog_along(const command_t& command, con
   }
   const DirectionOrder order = jogs_.direction(command, report_, parts_.programs.step(0));
   if (before == MachineState::kIdle && !order.refusal.empty()) return refused(order.refusal);
-  const Decision decision = supervisor_.handle(Event::kMdi, conditions());
+  const Decision decision = supervisor_.handle(Event::kMdi, conditions(), "jog");
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
   const CommandServer::Answer answer = mdi(order.program, ticket, [this, command, remark = order.remark] {

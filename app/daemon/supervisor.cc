@@ -122,7 +122,7 @@ const Transition* find(S from, E event) {
   return nullptr;
 }
 
-std::string refuse_by_state(S state, E event) {
+std::string refuse_by_state(S state, E event, std::string_view command) {
   std::vector<std::string_view> legal;
   for (const Transition& row : kTable)
     if (row.event == event) legal.push_back(to_string(row.from));
@@ -133,17 +133,17 @@ std::string refuse_by_state(S state, E event) {
   const bool held = std::find(legal.begin(), legal.end(), to_string(S::kHolding)) != legal.end();
   if (state == S::kRunning) help = held ? "; 'hold' or 'stop' it first" : "; 'stop' ends what runs";
   if (state == S::kJogging || state == S::kHoming) help = "; wait for its end, or 'stop' it";
-  return fmt::format("the machine is in state '{}'; '{}' is legal in: {}{}", to_string(state),
-                     to_string(event), fmt::join(legal, ", "), help);
+  return fmt::format("the machine is in state '{}'; '{}' is legal in: {}{}", to_string(state), command,
+                     fmt::join(legal, ", "), help);
 }
 
-std::string refuse_by_conditions(S state, E event, const Conditions& conditions) {
+std::string refuse_by_conditions(S state, E event, const Conditions& conditions, std::string_view command) {
   const bool needs_stand = state == S::kHolding && (event == E::kJog || event == E::kMdi);
   if (needs_stand && !conditions.stands_in_hold)
     return fmt::format(
         "the machine is in state '{}', but does not stand yet, or stands in a thread or a probe move; "
         "'{}' is obeyed when it stands on its path",
-        to_string(state), to_string(event));
+        to_string(state), command);
   if (event == E::kStart && !conditions.program_loaded) return "no program is loaded; 'load' one first";
   if ((event == E::kStart || event == E::kMdi) && !conditions.homed)
     return "not every joint knows its position; 'home' the machine first";
@@ -169,11 +169,15 @@ std::string_view to_string(Event event) {
 std::span<const Transition> Supervisor::table() { return kTable; }
 
 Decision Supervisor::handle(Event event, const Conditions& conditions) {
+  return handle(event, conditions, to_string(event));
+}
+
+Decision Supervisor::handle(Event event, const Conditions& conditions, std::string_view command) {
   TRN_CHECK(event < Event::kCount);
-  const bool command = static_cast<int>(event) < kCommandEvents;
+  const bool told = static_cast<int>(event) < kCommandEvents;
   const Transition* row = find(state_, event);
-  if (!row) return {kDoNothing, command ? refuse_by_state(state_, event) : ""};
-  const std::string refusal = refuse_by_conditions(state_, event, conditions);
+  if (!row) return {kDoNothing, told ? refuse_by_state(state_, event, command) : ""};
+  const std::string refusal = refuse_by_conditions(state_, event, conditions, command);
   if (!refusal.empty()) return {kDoNothing, refusal};
   state_ = row->to;
   return {row->actions, ""};

@@ -104,6 +104,8 @@ class Supervisor {
  public:
   MachineState state() const { return state_; }
   Decision handle(Event event, const Conditions& conditions);
+  /// The same for a command of another name, which stands in a refusal.
+  Decision handle(Event event, const Conditions& conditions, std::string_view command);
 
   static std::span<const Transition> table();
 

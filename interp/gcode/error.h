@@ -94,6 +94,7 @@ enum class GcodeErrorCode : std::uint8_t {
   kForeignLoop,
   kForeignJump,
   kForeignEquals,
+  kForeignDollar,
   kForeignCode,
   kForeignWord,
   kCount

@@ -210,7 +210,11 @@ void Parser::other_segment(Lexer& lexer, char c, ParsedBlock& out) {
 void Parser::spindle_number(Lexer& lexer) {
   const std::uint32_t column = lexer.column();
   lexer.skip();
+  // $H, $J=..., $130=..., $$ and $ alone are lines that senders give to Grbl.
+  const char next = lexer.peek();
+  if (next == '\0' || next == '$' || Lexer::is_letter(next)) fail(GcodeErrorCode::kForeignDollar, column);
   const double number = lexer.number();
+  if (lexer.peek() == '=') fail(GcodeErrorCode::kForeignDollar, column);
   if (number != 0 && number != -1) fail(GcodeErrorCode::kBadValue, column, '$', number, "a spindle", "$0");
 }
 

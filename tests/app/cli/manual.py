@@ -63,6 +63,35 @@ class Help(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (5, ""), words)
             self.assertIn(said, done.stderr, words)
 
+    def test_a_word_that_begins_a_command_or_is_near_to_one_is_that_command(self):
+        for word, near in (("stat", "status"), ("acknow", "acknowledge"), ("e-stop", "estop"), ("jogg", "jog"),
+                           ("strat", "start"), ("hoem", "home"), ("comission", "commission")):
+            self.assertIn(f"did you mean '{near}'?", trunnion(word).stderr, word)
+        for word in ("st", "lamp", "mave", "hype", "moor"):  # two commands begin so; two slips in four letters
+            self.assertIn(f"'{word}' is no command; 'trunnion help' lists them all", trunnion(word).stderr, word)
+
+    def test_other_words_are_led_to_the_command_that_does_it(self):
+        for words, meant in ((["check", "part.ngc"], "trunnion interpret"), (["simulate"], "trunnion run"),
+                             (["pause"], "trunnion hold"), (["Cancel"], "trunnion stop"), (["move"], "trunnion jog"),
+                             (["help", "feed"], "trunnion override 80"), (["shutdown"], "systemctl stop"),
+                             (["G0", "X10", "Y-2"], "'trunnion mdi \"G0 X10 Y-2\"'"), (["m3"], "'trunnion mdi"),
+                             (["impeller"], "'trunnion run impeller'"), (["mill.toml"], "--machine mill.toml"),
+                             (["no_such.NC"], "there is no file of this name"),
+                             ([f"{SOURCE}/examples/probe.ngc"], f"'trunnion run {SOURCE}/examples/probe.ngc'")):
+            done = trunnion(*words)
+            self.assertEqual((done.returncode, done.stdout), (5, ""), words)
+            self.assertIn(meant, done.stderr, words)
+        # Every command line that is proposed there is one that exists.
+        text = pathlib.Path(SOURCE, "app/cli/meant_command.cc").read_text(encoding="utf-8")
+        proposed = set(re.findall(r"'trunnion ([a-z][a-z-]*)", text))
+        self.assertGreater(len(proposed), 20)
+        for name in proposed:
+            self.assertEqual(trunnion("help", name).returncode, 0, name)
+        words = [word for row in re.findall(r'\{"([^"]+)",', text) for word in row.split()]
+        self.assertEqual(len(words), len(set(words)), "a word has one meaning")
+        for word in words:
+            self.assertNotEqual(trunnion("help", word).returncode, 0, f"{word} is a command")
+
     def test_what_is_wrong_is_said_in_plain_words(self):
         for words, said in ((["override", "abc"], "percent: 'abc' is no number; 0 to 200 is legal\n"
                              "'trunnion override --help' explains this command\n"),
@@ -221,5 +250,5 @@ class Completion(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    BINARY = os.path.abspath(sys.argv[1])
+    BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     unittest.main(argv=[sys.argv[0], "-v", *sys.argv[3:]])

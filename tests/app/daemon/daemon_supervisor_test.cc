@@ -185,6 +185,9 @@ TEST(Supervisor, ARefusalSaysWhatHelps) {
     if (state != S::kRunning) continue;
     const std::string typed = supervisor.handle(E::kMdi, kReady).refusal;
     EXPECT_NE(typed.find("; 'hold' or 'stop' it first"), std::string::npos) << typed;
+    // A jog along a direction is a typed line to the machine, and a jog to whoever asked for it.
+    const std::string jog = supervisor.handle(E::kMdi, kReady, "jog").refusal;
+    EXPECT_EQ(jog, typed.substr(0, typed.find("mdi")) + "jog" + typed.substr(typed.find("mdi") + 3));
   }
 }
 

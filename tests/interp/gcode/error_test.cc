@@ -156,6 +156,9 @@ const Case kCases[] = {
      "if, o100 while, "
      "o100 break, or a sub-program"},
     {"G1 X=5", "p.ngc:1:5: '=' behind X is another control's form: '=5'; legal: X10 for X=10, #1=5 for R1=5"},
+    {"G21\n$H",
+     "p.ngc:2:1: '$' begins a command to another control and no word of a program: '$H'; legal: $0 for the "
+     "spindle; 'trunnion home', 'trunnion reset' and 'trunnion jog' do what $H, $X and $J= do"},
     {"G0 X1 SUPA",
      "p.ngc:1:7: this is no word of this language: 'SUPA'; legal: a letter with a number, as X10; a word "
      "that "

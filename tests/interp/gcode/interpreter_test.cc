@@ -251,6 +251,10 @@ TEST(Dialect, WordsOfOtherControlsAreNamed) {
   for (const char* line : {"GOTO 10", "GOTOB LABEL", "G0 X1 GOTO5"}) names(line, "there are no jumps");
   for (const char* line : {"X=10", "G1 X=10 F9", "R1=5", "G0 X1 Y=2"})
     names(line, "X10 for X=10, #1=5 for R1=5");
+  for (const char* line : {"$H", "$X", "$$", "$J=G91 X10 F100", "$130=500", "$ 32 = 1", "M3 S500 $"})
+    names(line, "'trunnion home'");
+  EXPECT_EQ(Session().error("M3 S500 $0\nS600 $-1"), "");
+  names("M3 S500 $1", "$ = 1 is not legal for a spindle");
   for (const char* line :
        {"MSG", "STOPRE", "G0 SUPA X1", "BEGIN PGM 1 MM", "CYCL DEF 200", "TRANS X5", "NEXT"})
     names(line, "is no word of this language");
