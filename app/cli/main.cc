@@ -10,6 +10,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/completions.h"
+#include "app/cli/habits.h"
 #include "app/cli/help_formatter.h"
 #include "app/cli/micromill.h"
 #include "app/cli/named_files.h"
@@ -74,9 +75,13 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
 }
 
 trn::Exit help(const CLI::App& app, const std::vector<std::string>& names) {
-  if (const CLI::App* command = trn::find_command(app, names)) {
-    std::string around = names.empty() ? "" : "trunnion";
-    for (std::size_t i = 0; i + 1 < names.size(); ++i) around += " " + names[i];
+  const CLI::App* command = trn::find_command(app, names);
+  if (!command && !trn::unknown_word(app, names))
+    command = &trn::command_of(app, names);  // "help run part.ngc"
+  if (command) {
+    std::string around;
+    for (const CLI::App* up = command->get_parent(); up; up = up->get_parent())
+      around = around.empty() ? up->get_name() : up->get_name() + " " + around;
     fmt::print("{}", command->help(around));
     return trn::Exit::kDone;
   }
@@ -95,12 +100,6 @@ std::optional<trn::Exit> answer(const CLI::App& app, const std::vector<std::stri
   if (words[0] != "complete") return std::nullopt;
   fmt::print("{}", trn::complete_word(app, rest));
   return trn::Exit::kDone;
-}
-
-// To people -.5 is a number, and to CLI11 an option.
-std::string with_zero(std::string word) {
-  if (word.starts_with("-.") && word.find_first_of("0123456789") == 2) word.insert(1, "0");
-  return word;
 }
 
 bool is_or_holds(const CLI::App& command, const CLI::App* chosen) {
@@ -140,8 +139,7 @@ int main(int argc, char** argv) {
   trn::take_machine_names(app);
   trn::sort_into_groups(app);
   app.footer(std::string(kExits) + "\n'trunnion help COMMAND' explains a command.");
-  std::vector<std::string> words(argv + 1, argv + argc);
-  std::transform(words.begin(), words.end(), words.begin(), with_zero);
+  const std::vector<std::string> words = trn::as_commands_read({argv + 1, argv + argc});
   if (const auto answered = answer(app, words)) return static_cast<int>(*answered);
   forget_other_variables(app, trn::command_of(app, words));
   try {

@@ -63,6 +63,25 @@ class Help(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (5, ""), words)
             self.assertIn(said, done.stderr, words)
 
+    def test_command_lines_are_read_as_people_write_them(self):
+        def said(*words):
+            return trunnion(*words, "--machine", "nobody_here").stderr
+
+        asks = said("jog", "X", "1")
+        self.assertIn("no daemon", asks)
+        for words in (["X+"], ["+X"], ["x-"], ["Y-5"], ["Z-.5"], ["Z+0.25"], ["X", "-.5"], ["Joint0+"]):
+            self.assertEqual(said("jog", *words), asks, words)
+        for words in (["X10"], ["X2"], ["X"], ["X+fast"], ["X+1.2.3"], ["X+1-2"]):
+            self.assertIn("distance is required", said("jog", *words), words)
+        self.assertIn("has no option '-X'", said("jog", "-X", "5"))
+        self.assertIn("Usage: trunnion jog", trunnion("jog", "-h").stdout)
+        for words in (["80"], ["80%"], ["feed", "80"], ["rapid", "50%"], ["50", "Rapid"], ["50%", "--of", "rapid"],
+                      ["--of", "rapid", "50"]):
+            self.assertEqual(said("override", *words), asks, words)
+        self.assertIn("'x%' is no number", said("override", "x%"))
+        self.assertIn("percent: 201 is out of range", said("override", "feed", "201%"))
+        self.assertEqual(trunnion("help", "run", "part.ngc").stdout, trunnion("help", "run").stdout)
+
     def test_a_word_that_begins_a_command_or_is_near_to_one_is_that_command(self):
         for word, near in (("stat", "status"), ("acknow", "acknowledge"), ("e-stop", "estop"), ("jogg", "jog"),
                            ("strat", "start"), ("hoem", "home"), ("comission", "commission")):
