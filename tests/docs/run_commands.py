@@ -149,7 +149,7 @@ class Page:
             file.write(block.text if re.search(r"\bM(2|30|99)\b|^%", block.text, re.M) else block.text + "M2\n")
         place = [] if machine == "none" else ["--machine", f"configs/{machine}.toml"]
         run = subprocess.run([self.binary, "interpret", program, *place, "--tools", "examples/tools.tbl", "--canon"],
-                             cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=60)
+                             cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=600)
         said = run.stderr if refused else run.stdout
         if run.returncode != (2 if refused else 0):
             return 1, [f"interpret ended with {run.returncode}: {run.stderr.strip()}"]

@@ -17,7 +17,7 @@ MACHINE = SOURCE / "configs/cradle_ball.toml"
 
 
 def trunnion(*arguments):
-    done = subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, timeout=1000)
     return done.returncode, done.stdout, done.stderr
 
 
