@@ -508,7 +508,7 @@ class StateTest(unittest.TestCase):
             for arguments, why in ((("tool", "1", "D", "-8"), "no diameter"), (("tool", "77"), "no tool 77"),
                                    (("offset", "G54", "R", "-1e9"), "out of range"), (("load", ""), "no name"),
                                    (("touch-off", "X", "1e300"), "out of range"),
-                                   (("override", "50%"), "'50%' is no number; write 50"),
+                                   (("override", "50x"), "'50x' is no number; write 50"),
                                    (("override", "1,5"), "write 1.5"), (("start", "--from", "3.5"), "whole number"),
                                    (("jog", "A", "1"), "no axis A; it has X, Y, Z"),
                                    (("wheel", "--step", "0"), "more than 0"),
