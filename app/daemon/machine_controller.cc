@@ -301,7 +301,10 @@ void MachineController::enter_state(MachineState before) {
 
 void MachineController::act(std::uint32_t actions) {
   using Kind = RtCommand::Kind;
-  if (actions & (kDoQuickStop | kDoDropProgram)) ++generation_;
+  if (actions & (kDoQuickStop | kDoDropProgram)) {
+    ++generation_;
+    jog_holder_.reset();  // what runs next is not that client's
+  }
   constexpr std::uint32_t kEndsMotion = kDoStopOnPath | kDoDropProgram;
   outputs_.broken_off |= (actions & kDoQuickStop) || (actions & kEndsMotion) == kEndsMotion;
   if (actions != kDoNothing && !(actions & (kDoJog | kDoMdi))) jogs_.forget_way();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
-#include <string>
 
 #include "core/sanitizer.h"
 
@@ -15,9 +14,8 @@ inline std::optional<long> long_form() {
   return wish ? std::optional(std::atol(wish)) : std::nullopt;
 }
 
-/// How many rounds of the short form a build has time for. With a sanitizer a round takes ten to thirty times
-/// as long, and one that finds nothing in an eighth of them finds nothing in the others either: it looks at
-/// the code, not at the numbers.
+/// How many rounds of the short form a build has time for: an eighth with a sanitizer, where a round takes
+/// ten to thirty times as long. A sanitizer looks at which code runs, and the release at the numbers.
 constexpr int brief(int rounds) { return kSanitized ? std::max(1, rounds / 8) : rounds; }
 
 /// How many rounds a proof has: `short_form`, or in the long form TRN_LONG / `share` if that is more.

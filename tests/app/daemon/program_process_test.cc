@@ -48,7 +48,6 @@ std::string mill_with(const std::string& line) {
   return text.insert(text.find(section) + section.size(), line);
 }
 
-/// Hundreds of blocks without a stop between them.
 /// Looks until it is so, and rests between two looks: the process that is waited for needs the processor,
 /// too. False after some minutes, which no busy computer needs.
 template <typename Condition>
@@ -60,6 +59,7 @@ bool comes_to_pass(Condition&& so) {
   return true;
 }
 
+/// Hundreds of blocks without a stop between them.
 std::string zigzag(int lines) {
   std::string text = "G21 G90 G94 G64 P0.01\nG1 F600\n";
   for (int i = 0; i < lines; ++i) text += fmt::format("X{:.1f} Y{:.1f}\n", 0.5 * (i % 200), 0.5 * (i % 2));
