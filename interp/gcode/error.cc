@@ -180,6 +180,15 @@ constexpr std::array<Row, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErr
     {GcodeErrorCode::kForeignWord,
      {"foreign_word", "this is no word of this language",
       "a letter with a number, as X10; a word that means nothing here may stand in [program] ignored"}},
+    {GcodeErrorCode::kForeignCorner,
+     {"foreign_corner", "',{}' breaks a corner on other controls, and not here",
+      "the chamfer as a G1, the rounding as a G2 or G3"}},
+    {GcodeErrorCode::kOutsideBrackets,
+     {"outside_brackets", "{} stands outside brackets", "[#1 + 2] for #1 + 2, X[5 - 3] for X5-3"}},
+    {GcodeErrorCode::kDecimalComma, {"decimal_comma", "a comma is no decimal point", "X1.5 for X1,5"}},
+    {GcodeErrorCode::kLookalike,
+     {"lookalike", "U+{:04X} looks like {} and is another character",
+      "the character of an English keyboard"}},
 }};
 
 // A row that is missing or in a wrong place would give every error behind it another's text.

@@ -97,6 +97,10 @@ enum class GcodeErrorCode : std::uint8_t {
   kForeignDollar,
   kForeignCode,
   kForeignWord,
+  kForeignCorner,
+  kOutsideBrackets,
+  kDecimalComma,
+  kLookalike,
   kCount
 };
 

@@ -7,6 +7,7 @@
 #include "core/letter_case.h"
 #include "interp/gcode/text/expression.h"
 #include "interp/gcode/text/lexer.h"
+#include "interp/gcode/text/lookalikes.h"
 
 namespace trn {
 
@@ -27,6 +28,10 @@ constexpr ForeignWord kForeignWords[] = {
     {"until", GcodeErrorCode::kForeignLoop},    {"goto", GcodeErrorCode::kForeignJump},
     {"gotof", GcodeErrorCode::kForeignJump},    {"gotob", GcodeErrorCode::kForeignJump},
     {"gotos", GcodeErrorCode::kForeignJump}};
+
+// What is written between two values, inside brackets alone.
+constexpr std::string_view kOperators[] = {"mod", "and", "or", "xor", "eq", "ne", "gt", "ge", "lt", "le"};
+constexpr std::string_view kOperatorSigns = "+-*/";
 
 /// Letters in a row, outside comments, brackets and parameter names.
 struct LetterRun {
@@ -82,10 +87,12 @@ constexpr std::string_view kPosition =
     "this parameter is always 0 here; #5420 to #5425 are the position, #<_abs_x> and its kind that of the "
     "machine";
 
-}  // namespace
+// The place of the next character that is no white space; the line's end if there is none.
+std::size_t next_seen(std::string_view line, std::size_t i) {
+  return std::min(line.find_first_not_of(" \t", i), line.size());
+}
 
-void refuse_foreign_word(std::string_view line, const BlockError& error) {
-  if (!may_be_of_a_word(error.code)) return;
+void refuse_word(std::string_view line, const BlockError& error) {
   std::size_t i = 0;
   for (LetterRun run = next_run(line, i); !run.text.empty(); run = next_run(line, i)) {
     if (run.text == "o") return;  // what follows is an O-word, with messages of its own
@@ -94,8 +101,46 @@ void refuse_foreign_word(std::string_view line, const BlockError& error) {
       if (word.text == run.text) fail(word.code, column);
     // Only a word at which the line really failed is called foreign; others of the line may be in order.
     const bool here = error.column >= column && error.column <= column + run.text.size();
-    if (here && run.text.size() > 1 && !run.bracket_follows) fail(GcodeErrorCode::kForeignWord, column);
+    if (!here) continue;
+    if (run.at > 0 && std::ranges::find(kOperators, run.text) != std::end(kOperators))
+      fail(GcodeErrorCode::kOutsideBrackets, column, upper_case(run.text));
+    if (run.text.size() > 1 && !run.bracket_follows) fail(GcodeErrorCode::kForeignWord, column);
   }
+}
+
+// A character in the place of a word, or of its value.
+void refuse_lookalike(std::string_view line, const BlockError& error) {
+  if (error.column == 0 || error.column > line.size()) return;
+  std::size_t at = error.column - 1;
+  if (error.code == GcodeErrorCode::kMissingValue) at = next_seen(line, at + 1);  // behind the letter
+  if (const auto like = lookalike(line.substr(at)))
+    fail(GcodeErrorCode::kLookalike, static_cast<std::uint32_t>(at) + 1, like->code_point,
+         like->meant == ' ' ? "a space" : std::string{'\'', like->meant, '\''});
+}
+
+// A sign between two words, or behind a value.
+void refuse_sign(std::string_view line, const BlockError& error) {
+  if (error.code != GcodeErrorCode::kBadCharacter || error.column == 0 || error.column > line.size()) return;
+  const std::size_t at = error.column - 1;
+  const bool is_first = next_seen(line, 0) == at;
+  const std::size_t next = next_seen(line, at + 1);
+  if (is_first || next == line.size()) return;
+  const char letter = upper_case(line[next]);
+  const bool skips = line[at] == '/' && Lexer::is_letter(letter);  // what follows, on some controls
+  if (kOperatorSigns.find(line[at]) != std::string_view::npos && !skips)
+    fail(GcodeErrorCode::kOutsideBrackets, error.column, line[at]);
+  if (line[at] != ',') return;
+  if (Lexer::is_digit(letter)) fail(GcodeErrorCode::kDecimalComma, error.column);
+  if (letter == 'C' || letter == 'R') fail(GcodeErrorCode::kForeignCorner, error.column, letter);
+}
+
+}  // namespace
+
+void refuse_slip(std::string_view line, const BlockError& error) {
+  if (!may_be_of_a_word(error.code)) return;
+  refuse_lookalike(line, error);
+  refuse_word(line, error);
+  refuse_sign(line, error);
 }
 
 ForeignParameter foreign_parameter(const ParsedBlock& block) {

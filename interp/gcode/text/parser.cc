@@ -121,7 +121,7 @@ void Parser::parse(std::string_view text, ParsedBlock& out) {
     // A line of another control's language fails somewhere in the middle of a word. Who reads "E is no axis"
     // of an ENDIF is not helped; the word itself is named where it is known.
   } catch (const BlockError& error) {
-    refuse_foreign_word(text, error);
+    refuse_slip(text, error);
     throw;
   }
 }

@@ -159,6 +159,17 @@ const Case kCases[] = {
     {"G21\n$H",
      "p.ngc:2:1: '$' begins a command to another control and no word of a program: '$H'; legal: $0 for the "
      "spindle; 'trunnion home', 'trunnion reset' and 'trunnion jog' do what $H, $X and $J= do"},
+    {"#1=5\n#2=#1 + 3",
+     "p.ngc:2:7: + stands outside brackets: '+'; legal: [#1 + 2] for #1 + 2, X[5 - 3] for X5-3"},
+    {"G1 F9 X1,5", "p.ngc:1:9: a comma is no decimal point: ',5'; legal: X1.5 for X1,5"},
+    {"G1 F9 X5 ,R2",
+     "p.ngc:1:10: ',R' breaks a corner on other controls, and not here: ',R2'; legal: the chamfer as a G1, "
+     "the "
+     "rounding as a G2 or G3"},
+    {"G0 X\u22125",
+     "p.ngc:1:5: U+2212 looks like '-' and is another character: '\u22125'; legal: the character of an "
+     "English "
+     "keyboard"},
     {"G0 X1 SUPA",
      "p.ngc:1:7: this is no word of this language: 'SUPA'; legal: a letter with a number, as X10; a word "
      "that "
@@ -387,6 +398,49 @@ TEST(Errors, CodesOfOtherControlsGetAdvice) {
         << error;
     EXPECT_NE(error.find(advice), std::string::npos) << error;
   }
+}
+
+TEST(Errors, OperatorsStandInBrackets) {
+  for (const char* sign :
+       {"+", "-", "*", "/", "**", "mod", "AND", "Or", "xor", "EQ", "ne", "GT", "ge", "lt", "LE"})
+    for (const char* line :
+         {"#2=#1 {} 3", "#2=[#1]{} 3", "G0 X5 {}2", "G0 X#1{}[2]", "#2=sin[30] {}#1", "N5 F7 {} 2"}) {
+      const std::string said = Session().error("#1=5\n" + fmt::format(fmt::runtime(line), sign));
+      EXPECT_NE(said.find(" stands outside brackets"), said.npos) << line << sign << ": " << said;
+    }
+  // An operator where no value stands before it, and a line's part that is to be skipped, are something else.
+  for (const char* program : {"+5", "*X5", "MOD 5", "G0 X5 / Y3", "G0 X5 /"})
+    EXPECT_EQ(Session().error(program).find("outside brackets"), std::string::npos) << program;
+  EXPECT_EQ(Session().error("#1=[5 MOD 3 + 2 / 4]\nG0 X-[#1*2]\n/G0 X1\nM2\n"), "");
+}
+
+// The pairs are of Unicode's names: LATIN CAPITAL LETTER X beside CYRILLIC CAPITAL LETTER HA, and so on.
+TEST(Errors, CharactersThatOnlyLookRightAreNamed) {
+  const std::pair<const char*, const char*> kSlips[] = {{"G0 \u04255", "1:4: U+0425 looks like 'X'"},
+                                                        {"\u0421 5", "1:1: U+0421 looks like 'C'"},
+                                                        {"G0 X1 \u0443-2", "1:7: U+0443 looks like 'y'"},
+                                                        {"\u041C3 S100", "1:1: U+041C looks like 'M'"},
+                                                        {"G0 \u03965", "1:4: U+0396 looks like 'Z'"},
+                                                        {"G0 \u03A55", "1:4: U+03A5 looks like 'Y'"},
+                                                        {"G0\u00A0X5", "1:3: U+00A0 looks like a space"},
+                                                        {"G0 X5\u200B", "1:6: U+200B looks like a space"},
+                                                        {"G0 X \u20135", "1:6: U+2013 looks like '-'"},
+                                                        {"G0 X\x96"
+                                                         "5",
+                                                         "1:5: U+2013 looks like '-'"},
+                                                        {"G0\xA0X5", "1:3: U+00A0 looks like a space"},
+                                                        {"#1=[2\u00D73]", "1:6: U+00D7 looks like '*'"},
+                                                        {"\uFF271 X5", "1:1: U+FF27 looks like 'G'"},
+                                                        {"G0 X\uFF15", "1:5: U+FF15 looks like '5'"},
+                                                        {"G0 X5 \uFF08end)", "1:7: U+FF08 looks like '('"},
+                                                        {"G0 X5 \u3000Y1", "1:7: U+3000 looks like a space"}};
+  for (const auto& [line, said] : kSlips) {
+    const std::string message = Session().error("G21\n" + std::string(line) + "\nM2\n");
+    EXPECT_NE(message.find(":2" + std::string(said).substr(1)), message.npos) << line << ": " << message;
+  }
+  // In a comment anybody's letters are welcome; what looks like nothing is refused as what it is.
+  EXPECT_EQ(Session().error("G0 X5 (\u0425 \u2212 5)\nM2 ; \uFF08\n"), "");
+  EXPECT_NE(Session().error("G0 X5\u00B0\n").find("unexpected character 0xC2"), std::string::npos);
 }
 
 TEST(Errors, LongLinesAreRefusedInBoundedMemory) {
