@@ -233,7 +233,7 @@ const ChapterMeaning kProgramMeanings = {
               "Words that mean nothing here and are passed over with one warning. Also a G code with its "
               "words, as "
               "\"G187\", or with values that must be there, as \"G5 P10000\"."},
-             {"user_m", "M codes that only appear as an event, as [\"M110\"].", "", "M100 to M999, unused"},
+             {"user_m", "M codes that only appear as an event, as [\"M110\"].", "", "M0 to M999, unused"},
              {"sub_path",
               "Folders in which files of sub-programs are looked for, in this order, from the "
               "program's own folder on unless they begin with `/`."},
@@ -244,7 +244,7 @@ const ChapterMeaning kProgramMeanings = {
          {{"program.m_code", ""}},
          "It needs either `call` or `output`.",
          {
-             {"code", "The code, as \"M111\".", "", "M100 to M999, unused"},
+             {"code", "The code, as \"M111\".", "", "M0 to M999, unused"},
              {"call", "The sub-program that the code calls, with the code's P and Q as #1 and #2."},
              {"output", "The digital output that the code switches at rest, as M64 and M65 do.", "none"},
              {"on", "Whether the output is switched on (as M64) or off (as M65)."},

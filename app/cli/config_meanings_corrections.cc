@@ -16,8 +16,8 @@ const ChapterMeaning kCorrectionMeanings = {
          {
              {"enabled", "Whether the correction acts when the machine starts."},
              {"m_on", "M code by which a program switches the correction on, as \"M421\".", "none",
-              "M100 to M999, unused"},
-             {"m_off", "M code by which a program switches it off.", "none", "M100 to M999, unused"},
+              "M0 to M999, unused"},
+             {"m_off", "M code by which a program switches it off.", "none", "M0 to M999, unused"},
          }},
         {"Budget of what acts behind the plan",
          {{"corrections.joint_table", ""}, {"corrections.screw", ""}, {"corrections.deflection", ""}},

@@ -11,6 +11,7 @@
 #include "app/import/import_place.h"
 #include "app/import/startup_reader.h"
 #include "core/letter_case.h"
+#include "interp/gcode/modal.h"
 
 namespace trn {
 
@@ -37,12 +38,12 @@ Remap read_remap(const IniEntry& entry) {
   return out;
 }
 
-/// M100 to M999, as the config takes it.
+/// An M code without a meaning of its own, as the config takes it.
 bool is_user_code(const std::string& code) {
   const std::optional<double> number =
       whole_number_text(std::string_view(code).substr(std::min<std::size_t>(1, code.size())));
-  return code.starts_with('M') && number && *number >= 100 && *number <= 999 &&
-         *number == std::floor(*number);
+  return code.starts_with('M') && number && *number >= 0 && *number < ModalTable::kMCodes &&
+         *number == std::floor(*number) && ModalTable().m_group(static_cast<int>(*number)) < 0;
 }
 
 bool has_text(const std::vector<std::string>& texts, const std::string& text) {
@@ -70,9 +71,8 @@ void read_remaps(const IniFile& ini, bool switchable, ImportedMachine& machine) 
       continue;
     }
     machine.note(ImportSpot::kProgram, entry->key_place, entry->text(),
-                 "codes of one's own are M100 to M999 that call a sub-program with P and Q as #1 and #2; "
-                 "Python, other "
-                 "codes and argspec do not exist",
+                 "codes of one's own are M codes without a meaning that call a sub-program with P and Q as "
+                 "#1 and #2; Python, other codes and argspec do not exist",
                  "[[program.m_code]] with code and call; for M6 [tool_change] confirm = \"sub-program\"");
   }
 }

@@ -52,9 +52,14 @@ constexpr std::array<Row, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErr
     {GcodeErrorCode::kLineNumber,
      {"line_number", "bad line number {}", "N and an integer from 0 to 999999999, first on the line"}},
 
-    {GcodeErrorCode::kUnknownG, {"unknown_g", "unknown G code {}", "the codes listed in docs/gcode.md"}},
+    {GcodeErrorCode::kUnknownG,
+     {"unknown_g", "unknown G code {}",
+      "the codes listed in docs/gcode.md; [program] ignored passes over others"}},
     {GcodeErrorCode::kUnknownM,
-     {"unknown_m", "unknown M code {}", "the codes listed in docs/gcode.md and [program] user_m"}},
+     {"unknown_m", "unknown M code {}",
+      "the codes listed in docs/gcode.md; [[program.m_code]] gives others a meaning, [program] ignored "
+      "passes "
+      "over them"}},
     {GcodeErrorCode::kNotSupported,
      {"not_supported", "{} is not built into this control: {}", "see docs/gcode.md"}},
     {GcodeErrorCode::kGroupConflict,

@@ -111,7 +111,7 @@ int user_code(const ConfigTable& table, std::string_view key, const std::string&
   const ModalTable standard;
   const int code = m_number(lower_case(spelt));
   if (code < 0 || code >= ModalTable::kMCodes || standard.m_group(code) >= 0)
-    throw table.error(key, fmt::format("'{}' cannot be a user code; legal: M100 to M999, unused", spelt));
+    throw table.error(key, fmt::format("'{}' cannot be a user code; legal: M0 to M999, unused", spelt));
   return code;
 }
 
@@ -254,7 +254,7 @@ int read_free_m(const ConfigTable& table, std::string_view key, const ProgramCon
   for (const MappedWord& word : config.words) taken |= word.m_code == code;
   for (const UserCode& user : config.user_m) taken |= user.code == code;
   if (taken || find_switch(config, code))
-    throw table.error(key, fmt::format("'{}' cannot be this code; legal: M100 to M999, unused", spelt));
+    throw table.error(key, fmt::format("'{}' cannot be this code; legal: M0 to M999, unused", spelt));
   return code;
 }
 

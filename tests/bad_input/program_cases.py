@@ -104,13 +104,14 @@ PROGRAMS = [
             message="{file}:2:1: this is no word of this language: 'SPINDLEON'; legal: a letter with a number, as "
                     "X10; a word that means nothing here may stand in [program] ignored"),
     Program("unknown_g", START + "G12.3 X1\nM2\n",
-            message="{file}:2:1: unknown G code G12.3: 'G12.3'; legal: the codes listed in docs/gcode.md"),
+            message="{file}:2:1: unknown G code G12.3: 'G12.3'; legal: the codes listed in docs/gcode.md; "
+                    "[program] ignored passes over others"),
     Program("code_of_another_control", START + "G54.1 P3\nM2\n",
-            message="{file}:2:1: G54.1 is a code of other controls; here G59.1, G59.2 and G59.3 are the systems behind "
-                    "G59: 'G54.1'; legal: what docs/gcode.md lists"),
+            message="{file}:2:1: G54.1 is a code of other controls; here G54 to G59 and G59.1, G59.2 and G59.3 are the "
+                    "work coordinate systems: 'G54.1'; legal: what docs/gcode.md lists"),
     Program("unknown_m", START + "M555\nM2\n",
-            message="{file}:2:1: unknown M code M555: 'M555'; legal: the codes listed in docs/gcode.md and [program] "
-                    "user_m"),
+            message="{file}:2:1: unknown M code M555: 'M555'; legal: the codes listed in docs/gcode.md; "
+                    "[[program.m_code]] gives others a meaning, [program] ignored passes over them"),
     Program("two_motions", START + "G0 G1 X1\nM2\n",
             message="{file}:2:4: G0 and G1 are of one modal group: 'G1'; legal: one of them a line"),
     Program("two_planes", "G17 G18\nM2\n",

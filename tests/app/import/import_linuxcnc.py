@@ -324,7 +324,8 @@ class WhatIsTold(Workshop):
             self.assertIn(f"# {line}\n", node)
         self.assertNotIn("homed", config["drives"]["joint"][1])
         self.assertEqual(config["program"]["tolerance_mm"], 0.0508)
-        self.assertEqual(config["program"]["m_code"], [{"code": "M110", "call": "touch"}])
+        self.assertEqual(config["program"]["m_code"], [{"code": "M110", "call": "touch"},
+                                                       {"code": "M10", "call": "touch"}])
         self.assertEqual(config["tool_change"], {"confirm": "none"})
         self.assertTrue(config["io"]["spindle"]["encoder"])
         told = json.loads(out)

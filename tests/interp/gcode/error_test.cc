@@ -51,9 +51,12 @@ const Case kCases[] = {
      "p.ngc:1:4: bad line number in the middle of the line: 'N5'; legal: N and an integer from 0 to "
      "999999999, "
      "first on the line"},
-    {"G99.5", "p.ngc:1:1: unknown G code G99.5: 'G99.5'; legal: the codes listed in docs/gcode.md"},
+    {"G99.5",
+     "p.ngc:1:1: unknown G code G99.5: 'G99.5'; legal: the codes listed in docs/gcode.md; [program] ignored "
+     "passes over others"},
     {"M123",
-     "p.ngc:1:1: unknown M code M123: 'M123'; legal: the codes listed in docs/gcode.md and [program] user_m"},
+     "p.ngc:1:1: unknown M code M123: 'M123'; legal: the codes listed in docs/gcode.md; [[program.m_code]] "
+     "gives others a meaning, [program] ignored passes over them"},
     {"G0 G1 X1", "p.ngc:1:4: G0 and G1 are of one modal group: 'G1'; legal: one of them a line"},
     {"G0 X1 X2", "p.ngc:1:7: the word X is given twice: 'X2'; legal: once a line"},
     {"M3 M7 M48 M62 P1 M66 P1", "p.ngc:1:18: more than 4 M codes on one line: 'M66'; legal: split the line"},
@@ -386,13 +389,30 @@ TEST(Errors, EncodingsAreNamed) {
 
 // What is well known of other controls is answered with what does the same here.
 TEST(Errors, CodesOfOtherControlsGetAdvice) {
-  for (const auto& [code, advice] :
-       {std::pair("G65", "call"), std::pair("G66", "call"), std::pair("G68", "G10 L2"),
-        std::pair("G51", "expressions"), std::pair("G50", "nothing that it could end"),
-        std::pair("G15", "nothing that it could end"), std::pair("G16", "@ and ^"),
-        std::pair("G54.1", "G59.1"), std::pair("G70", "lathe"), std::pair("G71", "lathe"),
-        std::pair("G72", "lathe"), std::pair("G32", "G33 Z K"), std::pair("M97", "M98 P"),
-        std::pair("M29", "G33.1")}) {
+  for (const auto& [code, advice] : {std::pair("G65", "call"),
+                                     std::pair("G66", "call"),
+                                     std::pair("G68", "G10 L2"),
+                                     std::pair("G51", "expressions"),
+                                     std::pair("G50", "nothing that it could end"),
+                                     std::pair("G15", "nothing that it could end"),
+                                     std::pair("G16", "@ and ^"),
+                                     std::pair("G54.1", "G59.1"),
+                                     std::pair("G70", "lathe"),
+                                     std::pair("G71", "lathe"),
+                                     std::pair("G72", "lathe"),
+                                     std::pair("G32", "G33 Z K"),
+                                     std::pair("M97", "M98 P"),
+                                     std::pair("M29", "G33.1"),
+                                     std::pair("G12", "no cycle for a pocket"),
+                                     std::pair("G31", "G38.2"),
+                                     std::pair("G9", "G61.1"),
+                                     std::pair("G187", "G64 P0.02"),
+                                     std::pair("G154", "G59.1"),
+                                     std::pair("G642", "G64 P0.02"),
+                                     std::pair("G44", "G43.1 Z"),
+                                     std::pair("G234", "G43.4 H1"),
+                                     std::pair("M17", "endsub"),
+                                     std::pair("M117", "(MSG, text)")}) {
     const std::string error = Session().error(std::string(code) + "\n");
     EXPECT_EQ(error.find(std::string("p.ngc:1:1: ") + code + " is a code of other controls; here"), 0u)
         << error;

@@ -94,6 +94,9 @@ TEST(ProgramConfig, WhatCannotBeIsRefused) {
   expect("user_m = [\"M3\"]", "cannot be a user code");
   expect("user_m = [\"X\"]", "cannot be a user code");
   expect("[[program.m_code]]\ncode = \"M111\"", "needs either call or output");
+  for (const char* code : {"M3", "M30", "M98", "M1000", "G10", "M"})
+    expect("[[program.m_code]]\noutput = 1\ncode = \"" + std::string(code) + "\"",
+           "cannot be a user code; legal: M0 to M999, unused");
   expect("[[program.m_code]]\ncode = \"M111\"\ncall = \"a\"\noutput = 1", "needs either call or output");
   expect("tolerance_mm = 0", "tolerance_mm");
   expect("line_length_max = 10", "line_length_max");

@@ -71,7 +71,7 @@ TEST(Block, WhatDoesNotGoTogetherIsRefused) {
   EXPECT_EQ(lines.error("M2 M99"), GcodeErrorCode::kGroupConflict);
   EXPECT_EQ(lines.error("X1 X2"), GcodeErrorCode::kRepeatedWord);
   EXPECT_EQ(lines.error("G1.25"), GcodeErrorCode::kUnknownG);
-  EXPECT_EQ(lines.error("G187"), GcodeErrorCode::kUnknownG);
+  EXPECT_EQ(lines.error("G188"), GcodeErrorCode::kUnknownG);
   EXPECT_EQ(lines.error("M3.5"), GcodeErrorCode::kUnknownM);
   EXPECT_EQ(lines.error("M3 M8 M48 M62 M70"), GcodeErrorCode::kTooManyWords);
 }
