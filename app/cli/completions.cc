@@ -160,7 +160,7 @@ std::string complete_word(const CLI::App& app, const std::vector<std::string>& w
   if (begun.starts_with("-")) return options_of(*place.app, begun);
   std::string out = commands_of(*place.app, begun);
   if (!place.app->get_parent() && !place.help && begins("help", begun))
-    out += offer("help", "Explain a command");
+    out += offer("help", "Explain a command, a code, a fault or a key");
   return out + argument_of(*place.app, place.arguments, begun);
 }
 

@@ -30,32 +30,6 @@ std::size_t columns() {
 // Where the meaning of an option begins: further left where there is little room.
 std::size_t text_column() { return kTextColumn * columns() / kColumnsMost; }
 
-/// `text` in lines of at most columns() from this column on. Its own line ends stay.
-std::string wrapped(std::string_view text, std::size_t column) {
-  std::string out;
-  const std::size_t most = columns();
-  std::size_t at = column;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
-    const std::string_view word = text.substr(0, end);
-    if (at > column && at + 1 + word.size() > most) {
-      out += "\n" + std::string(column, ' ');
-      at = column;
-    } else if (at > column) {
-      out += ' ';
-      ++at;
-    }
-    out += word;
-    at += word.size();
-    if (end < text.size() && text[end] == '\n') {
-      out += "\n" + std::string(column, ' ');
-      at = column;
-    }
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return out;
-}
-
 struct Group {
   const char* name;
   std::vector<std::string_view> commands;
@@ -98,6 +72,31 @@ std::string entry(const std::string& name, std::string_view text) {
 }
 
 }  // namespace
+
+std::string wrapped(std::string_view text, std::size_t column) {
+  std::string out;
+  const std::size_t most = columns();
+  std::size_t at = column;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
+    const std::string_view word = text.substr(0, end);
+    if (at > column && at + 1 + word.size() > most) {
+      out += "\n" + std::string(column, ' ');
+      at = column;
+    } else if (at > column) {
+      out += ' ';
+      ++at;
+    }
+    out += word;
+    at += word.size();
+    if (end < text.size() && text[end] == '\n') {
+      out += "\n" + std::string(column, ' ');
+      at = column;
+    }
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return out;
+}
 
 void sort_into_groups(CLI::App& app) {
   for (CLI::App* command : app.get_subcommands({})) {

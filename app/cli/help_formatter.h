@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trn {
@@ -12,6 +13,8 @@ void sort_into_groups(CLI::App& app);
 std::vector<const CLI::App*> shown_commands(const CLI::App& app);
 /// The options, or the arguments, that a help lists.
 std::vector<const CLI::Option*> shown_options(const CLI::App& app, bool positional);
+/// `text` in lines that fit on the terminal, from this column on. Its own line ends stay.
+std::string wrapped(std::string_view text, std::size_t column);
 /// What a command does, as sentences that end.
 std::string full_text(const CLI::App& command);
 /// What a command does, in one line: "Judge a setpoint trace against the machine's limits".

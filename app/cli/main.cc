@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -12,8 +13,10 @@
 #include "app/cli/completions.h"
 #include "app/cli/habits.h"
 #include "app/cli/help_formatter.h"
+#include "app/cli/meant_command.h"
 #include "app/cli/micromill.h"
 #include "app/cli/named_files.h"
+#include "app/cli/topics.h"
 #include "app/cli/unknown_word.h"
 #include "app/cli/version.h"
 
@@ -74,8 +77,19 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_manual(app);
 }
 
+// A code, a fault, a key or a word. One that others call a command gets the command that is meant, too.
+bool tell_topic(const std::vector<std::string>& names) {
+  const std::string name = fmt::format("{}", fmt::join(names, " "));
+  const std::string text = trn::topic_text(name);
+  fmt::print("{}", text);
+  const std::string meant = names.size() == 1 && !trn::is_gcode(name) ? trn::meant_command(names) : "";
+  if (!text.empty() && !meant.empty()) fmt::print("\n{}\n", trn::wrapped(meant, 0));
+  return !text.empty();
+}
+
 trn::Exit help(const CLI::App& app, const std::vector<std::string>& names) {
   const CLI::App* command = trn::find_command(app, names);
+  if (!command && tell_topic(names)) return trn::Exit::kDone;
   if (!command && !trn::unknown_word(app, names))
     command = &trn::command_of(app, names);  // "help run part.ngc"
   if (command) {
@@ -96,7 +110,8 @@ std::optional<trn::Exit> answer(const CLI::App& app, const std::vector<std::stri
     return trn::Exit::kUsage;
   }
   const std::vector<std::string> rest(words.begin() + 1, words.end());
-  if (words[0] == "help") return help(app, rest);
+  if (words[0] == "help")
+    return help(app, rest == std::vector<std::string>{"help"} ? std::vector<std::string>() : rest);
   if (words[0] != "complete") return std::nullopt;
   fmt::print("{}", trn::complete_word(app, rest));
   return trn::Exit::kDone;
@@ -138,7 +153,10 @@ int main(int argc, char** argv) {
   add_commands(app, exit);
   trn::take_machine_names(app);
   trn::sort_into_groups(app);
-  app.footer(std::string(kExits) + "\n'trunnion help COMMAND' explains a command.");
+  app.footer(
+      std::string(kExits) +
+      "\n'trunnion help COMMAND' explains a command. So it does a code of a program (trunnion help G83),\n"
+      "a fault (help following_error), a key of a config (help jerk_mm_s3) and a word (help RTCP).");
   const std::vector<std::string> words = trn::as_commands_read({argv + 1, argv + argc});
   if (const auto answered = answer(app, words)) return static_cast<int>(*answered);
   forget_other_variables(app, trn::command_of(app, words));

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "app/cli/named_files.h"
+#include "app/cli/topics.h"
 #include "core/letter_case.h"
 
 namespace trn {
@@ -59,11 +60,12 @@ constexpr auto kOtherWords = std::to_array<OtherWord>({
     {"new setup wizard", "'trunnion commission' goes through the first day of a machine"},
     {"linuxcnc convert migrate",
      "'trunnion import linuxcnc MACHINE.ini' makes a config of another control's"},
+    {"explain manual docs", "'trunnion help COMMAND' explains a command, a code, a fault or a key"},
     {"keys schema", "'trunnion config --keys' tells what a config may say"},
     {"halscope oscilloscope record trace plot", "'trunnion scope' records any signal at every period"},
     {"autotune pid servo", "'trunnion tune' measures a joint, and finds its feed-forward and jerk"},
     {"sdo pdo nodes canopen", "'trunnion can' looks at the nodes of a CANopen bus"},
-    {"license licence about", "'trunnion --version' tells version and commit"},
+    {"license licence about version", "'trunnion --version' tells version and commit"},
 });
 
 bool holds(std::string_view list, std::string_view word) {
@@ -73,13 +75,6 @@ bool holds(std::string_view list, std::string_view word) {
     list.remove_prefix(std::min(end + 1, list.size()));
   }
   return false;
-}
-
-bool is_gcode(const std::string& word) {
-  static constexpr std::string_view kLetters = "abcdfghmstxyz";
-  const std::size_t sign = word.size() > 1 && (word[1] == '-' || word[1] == '.') ? 2 : 1;
-  return word.size() > sign && kLetters.find(lower_case(word[0])) != std::string_view::npos &&
-         std::isdigit(static_cast<unsigned char>(word[sign]));
 }
 
 std::string meant_file(const std::string& word) {
@@ -104,6 +99,13 @@ std::string meant_file(const std::string& word) {
 
 }  // namespace
 
+bool is_gcode(const std::string& word) {
+  static constexpr std::string_view kLetters = "abcdfghmstxyz";
+  const std::size_t sign = word.size() > 1 && (word[1] == '-' || word[1] == '.') ? 2 : 1;
+  return word.size() > sign && kLetters.find(lower_case(word[0])) != std::string_view::npos &&
+         std::isdigit(static_cast<unsigned char>(word[sign]));
+}
+
 std::string meant_command(const std::vector<std::string>& words) {
   const std::string& word = words.front();
   if (const std::string file = meant_file(word); !file.empty()) return file;
@@ -111,9 +113,10 @@ std::string meant_command(const std::vector<std::string>& words) {
   const auto other = std::find_if(kOtherWords.begin(), kOtherWords.end(),
                                   [&](const OtherWord& row) { return holds(row.words, small); });
   if (other != kOtherWords.end()) return std::string(other->meant);
-  if (is_gcode(word))
-    return fmt::format("'trunnion mdi \"{}\"' runs a line of G-code", fmt::join(words, " "));
-  return "";
+  if (!is_gcode(word)) return "";
+  const std::string line = fmt::format("'trunnion mdi \"{}\"' runs a line of G-code", fmt::join(words, " "));
+  return topic_text(word).empty() ? line
+                                  : fmt::format("{}, and 'trunnion help {}' explains the code", line, word);
 }
 
 }  // namespace trn

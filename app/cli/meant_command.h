@@ -10,4 +10,7 @@ namespace trn {
 /// "" if nobody knows. `words` begin with that one and have all that follow it.
 std::string meant_command(const std::vector<std::string>& words);
 
+/// Whether a word begins a line of G-code, as "G0" and "x-5".
+bool is_gcode(const std::string& word);
+
 }  // namespace trn

@@ -9,6 +9,7 @@
 
 #include "app/cli/help_formatter.h"
 #include "app/cli/meant_command.h"
+#include "app/cli/topics.h"
 #include "core/config.h"
 
 namespace trn {
@@ -38,6 +39,8 @@ std::string no_command(const CLI::App& app, const std::vector<std::string>& word
   if (!app.get_parent()) {
     if (const std::string meant = meant_command(words); !meant.empty())
       return fmt::format("'{}' is no command; {}\n", word, meant);
+    if (!topic_text(word).empty())
+      return fmt::format("'{0}' is no command; 'trunnion help {0}' tells what it is\n", word);
     legal.push_back("help");
     return fmt::format("'{}' is no command{} 'trunnion help' lists them all\n", word, near_text(word, legal));
   }

@@ -4,8 +4,10 @@
 Manual and completions say what the help says, and work where they are used: man renders every page without a warning,
 and bash, zsh and fish complete commands, options, values and files.
 """
+import json
 import os
 import pathlib
+import random
 import re
 import shutil
 import subprocess
@@ -58,6 +60,9 @@ class Help(unittest.TestCase):
         for words, said in ((["rnu"], "did you mean 'run'?"), (["can", "scna"], "did you mean 'scan'?"),
                             (["run", "x.ngc", "--machin", "y"], "did you mean '--machine'?"),
                             (["run", "--tols=3"], "did you mean '--tools'?"), (["help", "gatway"], "'gateway'"),
+                            (["help", "G188"], "'trunnion mdi \"G188\"' runs"),
+                            (["following_error"], "help following_error"),
+                            (["jerk_mm_s3"], "help jerk_mm_s3"),
                             (["override", "50", "--off", "feed"], "'--of'")):
             done = trunnion(*words)
             self.assertEqual((done.returncode, done.stdout), (5, ""), words)
@@ -95,7 +100,7 @@ class Help(unittest.TestCase):
     def test_other_words_are_led_to_the_command_that_does_it(self):
         for words, meant in ((["check", "part.ngc"], "trunnion interpret"), (["simulate"], "trunnion run"),
                              (["pause"], "trunnion hold"), (["Cancel"], "trunnion stop"), (["move"], "trunnion jog"),
-                             (["help", "feed"], "trunnion override 80"), (["shutdown"], "systemctl stop"),
+                             (["help", "rate"], "trunnion override 80"), (["shutdown"], "systemctl stop"),
                              (["G0", "X10", "Y-2"], "'trunnion mdi \"G0 X10 Y-2\"'"), (["m3"], "'trunnion mdi"),
                              (["impeller"], "'trunnion run impeller'"), (["mill.toml"], "--machine mill.toml"),
                              (["no_such.NC"], "there is no file of this name"),
@@ -112,7 +117,7 @@ class Help(unittest.TestCase):
         words = [word for row in re.findall(r'\{"([^"]+)",', text) for word in row.split()]
         self.assertEqual(len(words), len(set(words)), "a word has one meaning")
         for word in words:
-            self.assertNotEqual(trunnion("help", word).returncode, 0, f"{word} is a command")
+            self.assertNotIn(f"Usage: trunnion {word}", trunnion("help", word).stdout, f"{word} is a command")
 
     def test_what_is_wrong_is_said_in_plain_words(self):
         for words, said in ((["override", "abc"], "percent: 'abc' is no number; 0 to 200 is legal\n"
@@ -152,6 +157,74 @@ class Help(unittest.TestCase):
 
     def test_a_negative_number_is_no_option(self):
         self.assertNotIn("option", trunnion("offset", "G54", "X", "-5", "--machine", "nothing").stderr)
+
+
+def without_marks(markdown):
+    return re.sub(r"`|\[|\]\([^)]*\)", "", markdown)
+
+
+class Topics(unittest.TestCase):
+    """What `trunnion help NAME` says of names that are no commands is what the reference pages say."""
+
+    def told(self, *name):
+        done = trunnion("help", *name)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), name)
+        for line in done.stdout.splitlines():
+            if not line.startswith("    "):  # an example, as it stands in the page
+                self.assertLessEqual(len(line), 100, name)
+                self.assertNotRegex(line, r"\*\*|`|\]\(|<br>|<!--|^\|", name)
+        return done.stdout
+
+    def known_codes(self):
+        """Every code that the interpreter has, by its own answers to all there could be."""
+        ends = ["M2", "M30", "M99"]
+        codes = [f"G{i // 10}" + (f".{i % 10}" if i % 10 else "") for i in range(9999)]
+        codes += [f"M{i}" for i in range(999) if f"M{i}" not in ends]
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder, "all.ngc")
+            program.write_text("".join(f"{code}\n" for code in codes) + "M2\n")
+            said = trunnion("interpret", str(program), "--machine", f"{SOURCE}/configs/cradle.toml", "--max-errors",
+                            str(len(codes))).stderr
+        unknown = re.findall(r"unknown [GM] code (\S+?):|: (\S+) is a code of other controls", said)
+        self.assertGreater(len(unknown), 9000)
+        return ends + [code for code in codes if code not in {word for pair in unknown for word in pair}]
+
+    def test_every_code_is_explained(self):
+        known = self.known_codes()
+        self.assertTrue({"G0", "G33.1", "G59.3", "G68.2", "G183", "M62", "M428"} <= set(known), known)
+        self.assertLess(len(known), 200)
+        for code in known:
+            self.assertRegex(self.told(code), rf"(?<![A-Z]){re.escape(code)}(?![.\d])|G54 to G59|G59.1 to G59.3", code)
+        self.assertEqual(self.told("g01"), self.told("G1"))
+        self.assertNotIn("M64", self.told("M66").split("Q0            (now)")[1])  # of a table its own row
+        self.assertIn("G10 L2 R turns a system", self.told("G68"))
+        for word in "FST":
+            self.assertRegex(self.told(word), rf"(?m)^{word} ")
+
+    def test_every_fault_and_word_is_explained(self):
+        for page in ("faults", "glossary"):
+            text = pathlib.Path(SOURCE, f"docs/{page}.md").read_text(encoding="utf-8")
+            rows = re.findall(r"(?m)^\| `?([^|`]+)`? \| (.*) \|$", text)[1:]
+            self.assertGreater(len(rows), 30)
+            all_commands = {words[0] for words in commands()}
+            for name, cells in rows:
+                if name in all_commands:  # its help comes first
+                    continue
+                shown = " ".join(self.told(name.split(", ")[0]).split())
+                for cell in cells.split(" | "):
+                    self.assertIn(" ".join(without_marks(cell).split()), shown, name)
+        self.assertEqual(self.told("Feed", "HOLD"), self.told("feed hold"))
+        self.assertIn("trunnion override 80", self.told("feed"))
+
+    def test_keys_are_explained(self):
+        tables = json.loads(trunnion("config", "--keys", "--json").stdout)["tables"]
+        for table in random.Random(7).sample(tables, 25):
+            key = table["keys"][-1]
+            shown = self.told(f"{table['table']}.{key['key']}")
+            self.assertIn(f"[{table['table']}]", shown)
+            self.assertIn(key["key"], shown)
+            self.assertIn(" ".join(without_marks(key["meaning"]).split()[:5]), " ".join(shown.split()))
+        self.assertGreater(self.told("type").count("type, a key of ["), 2)
 
 
 class Manual(unittest.TestCase):
