@@ -9,6 +9,7 @@
 #include "app/cli/config_page.h"
 #include "app/cli/config_schema.h"
 #include "app/cli/config_specimens.h"
+#include "app/cli/named_files.h"
 #include "app/session/assembly.h"
 #include "app/session/plausibility.h"
 
@@ -57,13 +58,15 @@ void add_config(CLI::App& app, Exit& exit) {
   CLI::Option* keys = command->add_flag("--keys", options->keys, "every key that there is, as Markdown");
   command->add_flag("--json", options->json, "with --keys: as JSON")->needs(keys);
   command->add_flag("--schema", options->schema, "a JSON schema for editors, which complete and check by it");
-  command->add_option("--check", options->check,
-                      "read this config, and ask about figures that are hardly right");
+  command->add_option(
+      "--check", options->check,
+      "read this config, or that of a machine by its name, and ask about figures that are hardly "
+      "right");
   command->footer(kConfigFooter);
   command->callback([options, &exit] {
     if (!options->keys && !options->schema && options->check.empty())
       throw CLI::RequiredError("--keys, --schema or --check");
-    if (!options->check.empty()) ask_about(options->check);
+    if (!options->check.empty()) ask_about(machine_of_name(options->check).value_or(options->check));
     if (options->keys || options->schema) show_keys(*options);
     exit = Exit::kDone;
   });

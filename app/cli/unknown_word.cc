@@ -9,6 +9,7 @@
 
 #include "app/cli/help_formatter.h"
 #include "app/cli/meant_command.h"
+#include "app/cli/named_files.h"
 #include "app/cli/topics.h"
 #include "core/config.h"
 
@@ -110,6 +111,45 @@ std::string wrong_value(const CLI::App& command, const std::string& text,
 
 bool is_number(const std::string& word) { return word.find_first_of("0123456789.") == 1; }
 
+// The first word for which the command has neither an option nor an argument; "" if all have one.
+std::string extra_word(const CLI::App& command, const std::vector<std::string>& words) {
+  int room = 0;
+  for (const CLI::Option* argument : shown_options(command, true)) {
+    if (argument->get_items_expected_max() >= CLI::detail::expected_max_vector_size) return "";
+    room += argument->get_items_expected_max();
+  }
+  const CLI::App* here = &command;
+  while (here->get_parent()) here = here->get_parent();
+  bool is_value = false;
+  for (const std::string& word : words) {
+    const CLI::App* const inner = here == &command ? nullptr : find_command(*here, {word});
+    if (is_value) {
+      is_value = false;
+    } else if (word.size() > 1 && word[0] == '-' && !is_number(word)) {
+      const CLI::Option* option = here->get_option_no_throw(word);
+      is_value = option && takes_value(*option);
+    } else if (inner) {
+      here = inner;
+    } else if (--room < 0) {
+      return word;
+    }
+  }
+  return "";
+}
+
+// What somebody meant who wrote one word more than the command takes; "" if nobody knows.
+std::string meant_by_extra(const CLI::App& command, const std::string& word) {
+  for (const char* name : {"--machine", "--check"}) {
+    const CLI::Option* option = command.get_option_no_throw(name);
+    if (option && option->empty() && (word.ends_with(".toml") || machine_of_name(word)))
+      return fmt::format("; did you mean '{} {}'?", name, word);
+  }
+  if (command.get_name() == "start" && is_file(with_examples(word)))
+    return fmt::format(
+        "; 'trunnion load {}' gives the daemon this program, and then 'trunnion start' begins it", word);
+  return "";
+}
+
 }  // namespace
 
 const CLI::App* find_command(const CLI::App& app, const std::vector<std::string>& words) {
@@ -160,7 +200,15 @@ std::string usage_text(const CLI::App& app, const CLI::ParseError& error,
   const std::string said = error.what();
   if (!shown_commands(command).empty() && said.find("subcommand") != std::string::npos)
     return fmt::format("'{}' needs a command\n\n{}", name, command.help(name.substr(0, name.rfind(' '))));
-  return fmt::format("{}\n'{} --help' explains this command\n", wrong_value(command, said, words), name);
+  const std::string extra = extra_word(command, words);
+  const std::string meant = extra.empty() ? "" : meant_by_extra(command, extra);
+  const bool is_extra = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
+  // A machine without its --machine is told as "--machine is required", too.
+  const bool tells_extra = !extra.empty() && (!meant.empty() || is_extra);
+  return fmt::format("{}\n'{} --help' explains this command\n",
+                     tells_extra ? fmt::format("'{}' takes no '{}'{}", name, extra, meant)
+                                 : wrong_value(command, said, words),
+                     name);
 }
 
 }  // namespace trn

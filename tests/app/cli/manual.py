@@ -68,6 +68,20 @@ class Help(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (5, ""), words)
             self.assertIn(said, done.stderr, words)
 
+    def test_one_word_too_many_is_named(self):
+        for words, said in ((["daemon", "mill"], "'trunnion daemon' takes no 'mill'; did you mean '--machine mill'?"),
+                            (["status", "--timeout", "3", "my.toml"], "did you mean '--machine my.toml'?"),
+                            (["workspace", "hexapod"], "did you mean '--machine hexapod'?"),
+                            (["status", "--machine", "x", "mill"], "'trunnion status' takes no 'mill'\n"),
+                            (["hold", "now"], "'trunnion hold' takes no 'now'\n"),
+                            (["config", "mill"], "'trunnion config' takes no 'mill'; did you mean '--check mill'?"),
+                            (["run", "a.ngc", "b.ngc"], "'trunnion run' takes no 'b.ngc'\n"),
+                            (["start", "impeller"], "'trunnion load impeller' gives the daemon this program"),
+                            (["daemon"], "--machine is required"), (["load"], "program is required")):
+            done = trunnion(*words)
+            self.assertEqual((done.returncode, done.stdout), (5, ""), words)
+            self.assertIn(said, done.stderr, words)
+
     def test_command_lines_are_read_as_people_write_them(self):
         asks = "the line was read, and no daemon has this name"
 
