@@ -214,14 +214,18 @@ std::shared_ptr<Node> child(Node& node, const toml::node& value, std::string_vie
 }
 
 void finish_node(const Node& node) {
+  // A key that lacks its unit, or has another one, is the nearest.
+  const auto distance = [](std::string_view key, const std::string& near) {
+    return same_quantity(key, near) ? 0 : edit_distance(key, near);
+  };
   const toml::key* stranger = nullptr;
   std::string meant;
   for (const auto& [key, value] : *node.table) {
     if (is_known(node, key.str())) continue;
     const std::string near = nearest_key(key.str(), node.known);
     // The one that is nearest to a legal key tells most: others may be legal with the key that was meant.
-    const bool nearer = !near.empty() && (meant.empty() || edit_distance(key.str(), near) <
-                                                               edit_distance(stranger->str(), meant));
+    const bool nearer =
+        !near.empty() && (meant.empty() || distance(key.str(), near) < distance(stranger->str(), meant));
     if (stranger && !nearer) continue;
     stranger = &key;
     meant = near;
@@ -244,12 +248,15 @@ std::string_view line_of(std::string_view text, std::size_t number) {
   return text.substr(0, text.find('\n'));
 }
 
-// What was meant in a line that TOML refuses, with the key in front; "" if nobody knows.
-std::string explain_line(std::string_view line) {
+// What was meant in a line that TOML refuses for this reason, with the key in front; else the reason.
+std::string explain_line(std::string_view line, std::string_view reason) {
+  const std::string structure = explain_structure(line, reason);
+  if (!structure.empty()) return structure;
   const std::string meant = explain_value(line);
+  if (meant.empty()) return std::string(reason);
   std::string_view key = line.substr(0, line.find_first_of(" \t=", line.find_first_not_of(" \t")));
   key.remove_prefix(std::min(key.find_first_not_of(" \t"), key.size()));
-  const bool named = meant.empty() || meant.find(key) != std::string::npos;
+  const bool named = meant.find(key) != std::string::npos;
   return named ? meant : fmt::format("'{}': {}", key, meant);
 }
 
@@ -442,9 +449,8 @@ ConfigTable parse_config(std::string_view text, const std::string& name,
     return make_root(toml::parse(text, name), name, std::move(record));
   } catch (const toml::parse_error& bad) {
     const toml::source_position at = bad.source().begin;
-    const std::string meant = explain_line(line_of(text, at.line));
     throw ConfigError(fmt::format("{}:{}:{}: {}", name, at.line, at.column,
-                                  meant.empty() ? std::string(bad.description()) : meant));
+                                  explain_line(line_of(text, at.line), bad.description())));
   }
 }
 

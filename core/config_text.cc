@@ -130,6 +130,33 @@ std::string explain_value(std::string_view line) {
              : fmt::format("a text stands in straight quotes, as {} = \"...\"", key);
 }
 
+std::string explain_structure(std::string_view line, std::string_view reason) {
+  line = trimmed(line.substr(0, line.find('#')));
+  if (line.empty()) return "";
+  constexpr std::string_view kTwice = "cannot redefine existing ";
+  if (const std::size_t found = reason.find(kTwice); found != std::string_view::npos) {
+    const std::size_t begin = reason.find('\'', found), end = reason.find('\'', begin + 1);
+    if (end == std::string_view::npos) return "";
+    const std::string_view name = reason.substr(begin + 1, end - begin - 1);
+    return line[0] == '['
+               ? fmt::format("'{0}' is there already; each table of a list stands as [[{0}]]", name)
+               : fmt::format("'{}' is there already, further up in this table", name);
+  }
+  const auto is_about = [&](std::string_view words) { return reason.find(words) != std::string_view::npos; };
+  const bool has_equals = line.find('=') != std::string_view::npos;
+  if (is_about("table header") && !has_equals) {
+    const std::size_t begin = std::min(line.find_first_not_of("[ \t"), line.size());
+    const std::string_view name = trimmed(line.substr(begin, line.find(']') - begin));
+    return name.empty() || name[0] == ']'
+               ? "a table is named in [ ], one of a list in [[ ]]"
+               : fmt::format("a table is named in [ ], one of a list in [[ ]]: [{0}] or [[{0}]]", name);
+  }
+  const bool is_other = line[0] == '{' || (line.find(':') != std::string_view::npos && !has_equals);
+  return is_other && (is_about("expected '='") || is_about("expected keys"))
+             ? "a config is TOML: [machine] begins a table, and its lines are key = value"
+             : "";
+}
+
 bool same_quantity(std::string_view key, std::string_view other) {
   return key != other && quantity_of(key) == quantity_of(other);
 }

@@ -33,7 +33,7 @@ CONFIGS = [
     Config("other_unit", "max_mm", "max_inch",
             message="{file}:13:1: unknown key 'joint[0].max_inch'; did you mean 'max_mm'?"),
     Config("table_not_closed", "[machine]", "[machine",
-            message="{file}:4:9: Error while parsing table header: expected ']', saw '\\n'"),
+            message="{file}:4:9: a table is named in [ ], one of a list in [[ ]]: [machine] or [[machine]]"),
     Config("name_missing", 'name = "cradle"\n', "",
             message="{file}:4:1: missing key 'machine.name'"),
     Config("key_misspelt", "period_s", "periode_s",
@@ -63,8 +63,7 @@ CONFIGS = [
     Config("joint_twice", 'name = "Y"', 'name = "X"',
             message="{file}:19:8: two joints are named 'X'"),
     Config("key_twice", "min_mm = -400.0", "min_mm = -400.0\nmin_mm = -300.0",
-            message="{file}:13:10: Error while parsing key-value pair: cannot redefine existing floating-point "
-                    "'min_mm'"),
+            message="{file}:13:10: 'min_mm' is there already, further up in this table"),
     Config("kinematics_unknown", 'type = "serial"', 'type = "serail"',
             message='{file}:57:8: \'kinematics.type\' = "serail" is not legal; did you mean "serial"? Legal: serial, '
                     "hexapod, rail_mill"),

@@ -153,6 +153,9 @@ TEST(Config, TheKeyThatIsMisspeltIsNamed) {
   beside.has("cogging_N");
   EXPECT_EQ(failure([&] { beside.finish(); }),
             "t.toml:2:1: unknown key 'cogging_M'; did you mean 'cogging_N'?");
+  const ConfigTable bare = parse_config("min = 1\nmax_mm = 2\n", "t.toml");  // max_mm is legal with min_mm
+  bare.has("min_mm");
+  EXPECT_EQ(failure([&] { bare.finish(); }), "t.toml:1:1: unknown key 'min'; did you mean 'min_mm'?");
 }
 
 /// A question in words: "table kind key form required fallback min..max choices".

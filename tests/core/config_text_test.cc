@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "core/config.h"
+
 namespace trn {
 namespace {
 
@@ -41,6 +43,36 @@ TEST(ConfigText, WhatNobodyKnowsIsNotExplained) {
         "a = ,5",   "a = 1.5",     "a = 0",   "a = 1e5",   "a = 1E-5",       "a = 0.5e+3",    "a = 1_000",
         "a = 0x10", "a = true",    "a = inf", "a = -nan",  "a = 1979-05-27", "a = 'x'"})
     EXPECT_EQ(explain_value(line), "") << line;
+}
+
+TEST(ConfigText, TablesAndKeysAreNamedOnce) {
+  const auto said = [](const std::string& text) -> std::string {
+    try {
+      parse_config(text, "t.toml");
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(said("[a]\nb = 1\n[a]\nc = 2\n"),
+            "t.toml:3:1: 'a' is there already; each table of a list stands as [[a]]");
+  EXPECT_EQ(said("[[a]]\nb = 1\n[a]\nc = 2\n"),
+            "t.toml:3:1: 'a' is there already; each table of a list stands as [[a]]");
+  EXPECT_EQ(said("[a]\nb = 1\n[[a]]\nc = 2\n"),
+            "t.toml:3:1: 'a' is there already; each table of a list stands as [[a]]");
+  EXPECT_EQ(said("[a]\nb = 1\nb = 2\n"), "t.toml:3:5: 'b' is there already, further up in this table");
+  for (const char* line : {"[a.b", "[[a.b]", "[a.b]]", "[[a.b", "[ a.b  # here"})
+    EXPECT_NE(said(std::string(line) + "\nc = 1\n")
+                  .find("a table is named in [ ], one of a list in [[ ]]: [a.b] or [[a.b]]"),
+              std::string::npos)
+        << said(std::string(line) + "\nc = 1\n");
+  for (const char* text : {"a:\n  b: 1\n", "{\"a\": 1}\n", "a: 5\n"})
+    EXPECT_NE(said(text).find("a config is TOML"), std::string::npos) << said(text);
+  for (const char* line : {"[", "[[", "[]", "[[]]", "[ ", "[]]]"})
+    EXPECT_NE(said(line).find("a table is named in [ ]"), std::string::npos) << said(line);
+  for (const char* text : {"a = [\n  [1, x],\n]\n", "a = [\n  [1 2],\n  [\n", "a = \"b: c\n", "a = {b: 1}\n"})
+    EXPECT_NE(said(text).find("Error while parsing"), std::string::npos) << said(text);
+  EXPECT_EQ(said("[a]\nb = [1, 2]\n[[c]]\nd = {e = 1}\n"), "");
 }
 
 TEST(ConfigText, OneQuantityInTwoUnits) {
