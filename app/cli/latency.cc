@@ -161,6 +161,7 @@ Exit measure(const LatencyOptions& options) {
   std::vector<std::string> refused = thread.refused();
   if (!memory.empty()) refused.push_back(memory);
   show_progress(options.seconds, options, thread.statistics());
+  thread.end();  // text, picture and verdict are of the same periods
   if (thread.failed()) throw std::runtime_error("the clock of this host refuses to wait for a moment");
   options.json ? print_json(thread.statistics(), refused, period_us)
                : print_text(thread.statistics(), refused, period_us);

@@ -36,9 +36,11 @@ TickThread::TickThread(const RealtimeConfig& config, double period_s, Tick tick)
   is_ready.wait();
 }
 
-TickThread::~TickThread() {
+TickThread::~TickThread() { end(); }
+
+void TickThread::end() {
   stop_ = true;
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 TerminationSignals::TerminationSignals() {

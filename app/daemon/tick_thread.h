@@ -22,6 +22,9 @@ class TickThread {
   TickThread(const TickThread&) = delete;
   TickThread& operator=(const TickThread&) = delete;
 
+  /// No tick comes after this one, and the statistics stand. May be called again.
+  void end();
+
   /// What the kernel refused, each with its remedy.
   const std::vector<std::string>& refused() const { return refused_; }
   const LoopStatistics& statistics() const { return statistics_; }
