@@ -57,9 +57,8 @@ constexpr std::array<Row, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErr
       "the codes listed in docs/gcode.md; [program] ignored passes over others"}},
     {GcodeErrorCode::kUnknownM,
      {"unknown_m", "unknown M code {}",
-      "the codes listed in docs/gcode.md; [[program.m_code]] gives others a meaning, [program] ignored "
-      "passes "
-      "over them"}},
+      "the codes listed in docs/gcode.md; [[program.m_code]] gives others a meaning, "
+      "[program] ignored passes over them"}},
     {GcodeErrorCode::kNotSupported,
      {"not_supported", "{} is not built into this control: {}", "see docs/gcode.md"}},
     {GcodeErrorCode::kGroupConflict,
